@@ -1,12 +1,28 @@
 //! Simulations and the motions that they compute.
 //!
-//! `model.simulate(start)` ([`Simulate`]) opens a [`Simulation`], which takes the options and runs; the
+//! `model.simulate(start)` ([`Simulate`]) opens a [`Simulation`], which takes the options and runs. The
 //! result is a [`Motion`]: the accepted steps, and from them every state in between, outputs, energies,
-//! events, the account of work, the costs.
+//! events, the work of forces, and costs.
 //!
-//! A motion keeps for each step only its start. The interpolant of a step is computed again where it is asked
-//! for, with the same stages that made the step, and so has the method's own dense order; a run pays for it
-//! only where events are watched.
+//! A motion keeps the start of each step. The interpolant of a step is computed again where it is needed,
+//! from the same stages, and so has the order of the method's dense output. A run computes interpolants only
+//! where events are watched.
+
+// Where to look, for whoever changes this folder:
+//
+// | question | file below `simulate/` |
+// |---|---|
+// | which options are there, and how are they checked? | `simulation.rs`, `simulation/check.rs` |
+// | in which order does a run happen? | `simulation/execution.rs`, then `run.rs` |
+// | where is a step rejected? | `integrate/stepper.rs`; the run gets accepted steps |
+// | where does the tolerance reach the constraints? | `stabilization.rs`, `stabilization/projection.rs` |
+// | what happens when a constraint loses rank? | `stabilization/singular_start.rs`, `run/monitors/` |
+// | what happens at an event? | the table in `events.rs` |
+// | how is a Zeno accumulation found? | `events/zeno.rs` |
+// | which direction has contact friction? | `events/slip_direction.rs`, `events/unilateral.rs` |
+// | where are forces that jump treated? | `right_hand_side/switching_functions.rs` |
+// | where do I add a failure mode? | `run/monitors.rs`, `failure.rs` |
+// | where do I add a warning? | `summary/checks.rs`, `verification/` |
 
 pub(crate) mod charts;
 pub(crate) mod diagnosis;
@@ -30,7 +46,7 @@ pub use charts::{
 };
 pub use erased_method::AnyMethod;
 pub use events::action::{EventAction, Impact};
-pub use events::location::Flow;
+pub use events::rules::Flow;
 pub use failure::event_action::EventActionError;
 pub use failure::gimbal_lock::GimbalLock;
 pub use failure::{

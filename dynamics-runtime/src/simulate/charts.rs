@@ -287,7 +287,7 @@ impl<'a, M: Simulate + Clone> ChartSwitchingSimulation<'a, M> {
         let Some(states) = self.switching.compare_near(from, to, state)? else { return Ok(()) };
         let functions = [0, 1].map(|k| {
             let model = &self.switching.charts[[from, to][k]];
-            (self.options)(model.simulate(states[k]), model).ad_hoc_at(&states[k])
+            (self.options)(model.simulate(states[k]), model).added_events_at(&states[k])
         });
         agreement::same_functions(&functions, state.t())
     }

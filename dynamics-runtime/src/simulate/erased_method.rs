@@ -1,4 +1,8 @@
-//! A method as a run calls it: one table of functions per model and method that the program names.
+//! Methods of integration without their type: [`AnyMethod`] for users, [`ErasedMethod`] for a run.
+//!
+//! The methods themselves are types below [`crate::integrate`]. A run works with trait objects, so that only
+//! the stepper is compiled for each method that a program uses. [`StepReplay`] makes recorded steps again,
+//! for interpolants and checks. Which method is chosen by default: `simulation/check.rs`.
 
 pub(crate) mod stepping;
 
@@ -15,17 +19,18 @@ use crate::simulate::right_hand_side::RightHandSide;
 /// The interpolant of one step, of whatever method.
 pub(crate) type Interpolant<V> = Box<dyn Dense<V> + Send + Sync>;
 
+/// A method of integration for the model M.
 pub(crate) trait ErasedMethod<M: Model>: Send + Sync {
     fn method(&self) -> Method;
     /// Whether it estimates its error, and so can choose its step.
     fn is_adaptive(&self) -> bool;
-    /// Whether it needs the motion's Taylor series.
+    /// Whether it needs the Taylor series of the motion.
     fn needs_series(&self) -> bool;
-    /// What models it is for.
+    /// The models that it suits.
     fn suits(&self) -> Suits;
     /// See [`Choice::option`].
     fn option(&self, constrained: bool) -> Option<(&'static str, f64, bool, &'static str)>;
-    /// A stepper at time t and phase y, in direction of `limit`.
+    /// A stepper that starts at a time and a phase, in the direction of `limit`.
     fn begin(
         &self,
         rhs: &mut RightHandSide<'_, '_, M>,
@@ -35,7 +40,7 @@ pub(crate) trait ErasedMethod<M: Model>: Send + Sync {
     ) -> StepResult<Box<dyn ErasedStepper<M>>>
     where
         M: SimulationModel;
-    /// What makes steps again.
+    /// The object that makes recorded steps again.
     fn step_replay(&self) -> Box<dyn StepReplay<M>>
     where
         M: SimulationModel;
@@ -43,11 +48,11 @@ pub(crate) trait ErasedMethod<M: Model>: Send + Sync {
     fn weights(&self) -> &'static [f64];
 }
 
-/// Makes steps of a motion again, one after the other: implicit methods remember their matrices from one to
-/// the next.
+/// Makes recorded steps of a motion again, one after the other: implicit methods keep their matrices from one
+/// step to the next.
 pub(crate) trait StepReplay<M: SimulationModel>: Send + Sync {
-    /// The interpolant of a step, which is made again where its ends do not tell; `None` where that fails.
-    /// `judged`: as good as its ends, if need be in parts.
+    /// The interpolant of a step; `None` where the step cannot be made again. `judged`: as accurate as the
+    /// ends of the step, in parts if necessary.
     fn interpolate(
         &mut self,
         rhs: &mut RightHandSide<'_, '_, M>,
@@ -55,34 +60,35 @@ pub(crate) trait StepReplay<M: SimulationModel>: Send + Sync {
         tolerances: &Tolerances,
         judged: bool,
     ) -> Option<Interpolant<M::Vector>>;
-    /// Where the step with this start and size ends, stabilized as it was, and its error, 1 where it is just
-    /// permitted; `None` where that fails.
+    /// The end of the step with this start and size, stabilized as in the run, and its error in permitted
+    /// errors; `None` where it cannot be made.
     fn end_of(
         &mut self,
         rhs: &mut RightHandSide<'_, '_, M>,
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> Option<(Phase<M::Vector>, f64)>;
-    /// The same on whatever branches the right-hand side holds.
+    /// The same on the branches that the right-hand side holds.
     fn end_on_branches(
         &mut self,
         rhs: &mut RightHandSide<'_, '_, M>,
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> Option<(Phase<M::Vector>, f64)>;
-    /// Makes the step again, with everything else as it is to be; whether that succeeds.
+    /// Makes the stages of the step again, with the right-hand side as it is. Returns whether that succeeded.
     fn attempt(
         &mut self,
         rhs: &mut RightHandSide<'_, '_, M>,
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> bool;
-    /// Is told that the step of which it has found the end is made.
+    /// The step whose end was found last is accepted: the next one continues from it.
     fn accepted(&mut self, step: &Step<M::Vector>);
-    /// What comes next goes on from something else.
+    /// The next step does not continue from the last one.
     fn forget(&mut self);
 }
 
+/// [`StepReplay`] of one scheme.
 struct SchemeReplay<S>(S);
 
 impl<M: SimulationModel, S: Scheme<M::Vector> + Send + Sync> StepReplay<M> for SchemeReplay<S> {
@@ -94,7 +100,7 @@ impl<M: SimulationModel, S: Scheme<M::Vector> + Send + Sync> StepReplay<M> for S
         judged: bool,
     ) -> Option<Interpolant<M::Vector>> {
         let dense = Stepper::replay(&mut self.0, rhs, step, tolerances).ok()??;
-        if const { S::DEFECT_SAMPLES.is_empty() } || !judged || rhs.stabilization.is_tied() {
+        if const { S::DEFECT_SAMPLES.is_empty() } || !judged || rhs.stabilization.has_tied_gains() {
             return Some(Box::new(dense));
         }
         Some(match Stepper::dense_in_parts(&mut self.0, rhs, step, &dense, tolerances) {
@@ -139,14 +145,14 @@ impl<M: SimulationModel, S: Scheme<M::Vector> + Send + Sync> StepReplay<M> for S
     }
 }
 
+/// A method that a simulation, its reference run and its motion share.
 pub(crate) type SharedMethod<M> = Arc<dyn ErasedMethod<M>>;
 
-/// Some method for model M, where a list of several is run through: `for method in
-/// &[AnyMethod::from(Rk4), Dop853.into()]`.
+/// Any method for the model M, for lists of methods: `for method in &[AnyMethod::from(Rk4), Dop853.into()]`.
 pub struct AnyMethod<M: Model>(pub(crate) SharedMethod<M>);
 
 impl<M: Model> AnyMethod<M> {
-    /// Which one.
+    /// The method.
     #[must_use]
     pub fn method(&self) -> Method {
         self.0.method()
@@ -172,7 +178,7 @@ impl<M: Model> From<&AnyMethod<M>> for AnyMethod<M> {
     }
 }
 
-// By hand, because a derive would ask the same of the model.
+// By hand, because a derive would require `Clone` of the model.
 impl<M: Model> Clone for AnyMethod<M> {
     fn clone(&self) -> Self {
         Self(Arc::clone(&self.0))

@@ -1,4 +1,5 @@
-//! The options of a simulation that other parts of it know.
+//! Options of a simulation that are types of their own, and defaults. The builder that takes all options is
+//! [`crate::simulate::Simulation`]; `simulation/check.rs` checks them.
 
 pub(crate) mod contact;
 pub(crate) mod defaults;

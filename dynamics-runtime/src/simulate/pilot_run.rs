@@ -1,18 +1,18 @@
-//! How large a motion is, and what absolute tolerance that asks for.
+//! The pilot run: the size of a motion in its first steps, and the absolute tolerance for this size.
 //!
-//! A tolerance is given once, for all units. Of a coordinate of some metres 1e-9 is nine digits, of one that
-//! stays within a micrometre it is three. So where `.tolerance(..)` is given, or nothing, the absolute
-//! tolerance is the tolerance times ten times the size of the motion, where that is less than 1 in its unit:
-//! the largest |value| that any coordinate of one unit has, or any velocity of one, at the start or in the
-//! first steps; of several units the smallest. What all of one unit have in common counts, not each
-//! coordinate: one that hardly moves beside others, or is zero but for rounding, needs no digits of its own.
-//! A unit in which nothing moves says nothing.
+//! One tolerance is given for all units. For a coordinate of some metres 1e-9 is nine digits, for one that
+//! stays within a micrometre it is three. So with `.tolerance(..)`, or without any, the absolute tolerance is
+//! the tolerance times ten times the size of the motion, where this size is below 0.1 in its unit. The size
+//! of a unit is the largest |value| of all its coordinates, or of all its velocities, at the start and in the
+//! first steps; of several units the smallest counts. A single coordinate that hardly moves beside others of
+//! its unit, or is zero up to rounding, does not count, nor does a unit in which nothing moves.
 //!
-//! Below rounding nothing can be asked for: what the last place of the state makes of the accelerations, in a
+//! The absolute tolerance stays above the effect of rounding errors of the state on the velocities in one
 //! step.
 //!
-//! The tolerances of a run stay as they are chosen at its start, so that its steps can be made again. What
-//! stays small later on is told in the summary.
+//! The tolerances of a run do not change after its start, so that its steps can be repeated. Coordinates that
+//! stay small later are reported by the summary ([`FewDigits`]). `simulation/execution.rs` makes the pilot
+//! run; the tolerances enter the error norm in `integrate/step.rs`.
 
 use alloc::vec::Vec;
 use core::fmt;
@@ -20,27 +20,31 @@ use core::fmt;
 use crate::integrate::{Accelerations as _, Tolerances};
 use crate::math;
 use crate::model::{Constraints, Dynamics, Model, ModelState, Quantity, Vector};
-use crate::simulate::events::location::Flow;
+use crate::simulate::events::rules::Flow;
 use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::right_hand_side::RightHandSide;
 use crate::simulate::run::sinks::Sink;
 use crate::simulate::trajectory::record::{EventRecord, Record};
 use crate::wording::Rounded;
 
-/// Motions of this size and above are held to the tolerance as it stands.
+/// Size of a motion, in its unit, above which the absolute tolerance is the given tolerance. Smaller motions
+/// get a proportionally smaller absolute tolerance.
 const SMALL_MOTION: f64 = 0.1;
-/// Steps that are made to see how large a motion becomes that starts small.
-const STEPS: usize = 20;
-/// Values below this part of the larger ones of their unit, or of 1, are zero but for rounding.
-const ZERO: f64 = 1e-13;
-/// Smallest absolute tolerance: some units in the last place of 1.
-const LEAST_ABSOLUTE_TOLERANCE: f64 = 1e-15;
-/// So many times what rounding moves velocities by in a step is no tolerance.
-const ROUNDINGS: f64 = 10.0;
-/// Fewer absolute tolerances than this in all of a motion are told of, where they are more by [`FEW_DIGITS`]
-/// than the relative tolerance promises.
-const FEW: f64 = 1e3;
-const FEW_DIGITS: f64 = 100.0;
+/// Most steps of a pilot run. They show how large a motion becomes that starts small or at rest.
+const PILOT_STEPS: usize = 20;
+/// Values below this part of the larger ones of their unit, or of 1, are zero up to rounding.
+const ZERO_BY_ROUNDING: f64 = 1e-13;
+/// Smallest absolute tolerance: some units in the last place of 1. Below it the error estimate is rounding.
+const MIN_ABSOLUTE_TOLERANCE: f64 = 1e-15;
+/// Smallest absolute tolerance in units of the velocity error that rounding causes in one step. At 1 the
+/// error estimate would be rounding, and steps would be rejected without effect.
+const MIN_TOLERANCE_IN_ROUNDINGS: f64 = 10.0;
+/// A coordinate that stays below this many absolute tolerances is reported by the summary: it has at most
+/// three digits.
+const FEW_TOLERANCES: f64 = 1e3;
+/// It is reported only where the absolute tolerance is this many times what the relative tolerance permits:
+/// else the user asked for few digits.
+const MORE_THAN_RELATIVE: f64 = 100.0;
 
 /// The largest |qᵢ| and |q̇ᵢ| of the states of a motion.
 #[derive(Clone, Debug)]
@@ -55,7 +59,7 @@ impl CoordinateSizes {
         Self { q: abs(state.q()), u: abs(state.u()) }
     }
 
-    pub(crate) fn add<M: Model>(&mut self, state: &M::State) {
+    pub(crate) fn include<M: Model>(&mut self, state: &M::State) {
         for (sizes, values) in [(&mut self.q, state.q()), (&mut self.u, state.u())] {
             for (size, value) in sizes.iter_mut().zip(values.as_slice()) {
                 *size = size.max(value.abs());
@@ -63,11 +67,11 @@ impl CoordinateSizes {
         }
     }
 
-    /// The largest of each unit that is more than rounding.
+    /// The size of each unit that is above rounding.
     fn by_unit<'a>(sizes: &'a [f64], names: &'static [Quantity]) -> impl Iterator<Item = f64> + 'a {
         let first = |i: &usize| names[..*i].iter().all(|name| name.unit != names[*i].unit);
         let largest = move |i: usize| largest_of_unit(sizes, names, i);
-        (0..names.len()).filter(first).map(largest).filter(|size| *size > ZERO)
+        (0..names.len()).filter(first).map(largest).filter(|size| *size > ZERO_BY_ROUNDING)
     }
 
     /// The smallest size of a unit, of coordinates and velocities; `None` where nothing moves.
@@ -76,7 +80,7 @@ impl CoordinateSizes {
         all.reduce(f64::min)
     }
 
-    /// Whether some unit has only small values, so that it has to be seen how large they become.
+    /// Whether some unit has only small values, so that the first steps have to show how large they become.
     fn has_small<M: Dynamics>(&self) -> bool {
         let small = |sizes: &[f64]| {
             (0..sizes.len()).any(|i| largest_of_unit(sizes, M::COORDINATES, i) < SMALL_MOTION)
@@ -84,14 +88,15 @@ impl CoordinateSizes {
         small(&self.q) || small(&self.u)
     }
 
-    /// What stays within few absolute tolerances, and so has few digits.
+    /// The coordinates and velocities that stay within few absolute tolerances, and so have few digits.
     pub(crate) fn few_digits<M: Dynamics>(&self, tolerances: &Tolerances) -> Vec<FewDigits> {
         let Tolerances { absolute, relative } = *tolerances;
         let mut found = Vec::new();
         for (rate, sizes) in [(false, &self.q), (true, &self.u)] {
             for (i, &largest) in sizes.iter().enumerate() {
-                let rounding = ZERO * largest_of_unit(sizes, M::COORDINATES, i).max(1.0);
-                let few = largest < FEW * absolute && absolute > FEW_DIGITS * relative * largest;
+                let rounding = ZERO_BY_ROUNDING * largest_of_unit(sizes, M::COORDINATES, i).max(1.0);
+                let few =
+                    largest < FEW_TOLERANCES * absolute && absolute > MORE_THAN_RELATIVE * relative * largest;
                 if few && largest > rounding {
                     found.push(FewDigits { name: M::COORDINATES[i].name, rate, largest, absolute });
                 }
@@ -104,7 +109,7 @@ impl CoordinateSizes {
 /// The largest size of the coordinates that have the unit of one of them.
 fn largest_of_unit(sizes: &[f64], names: &[Quantity], of: usize) -> f64 {
     let alike = sizes.iter().zip(names).filter(|(_, name)| name.unit == names[of].unit);
-    alike.fold(0.0, |most, (size, _)| most.max(*size))
+    alike.fold(0.0, |largest, (size, _)| largest.max(*size))
 }
 
 /// A coordinate or a velocity that stays within a thousand absolute tolerances.
@@ -134,62 +139,62 @@ impl fmt::Display for FewDigits {
     }
 }
 
-/// Sees how large a motion becomes in its first steps, and keeps nothing else.
+/// Sink of a pilot run: keeps the sizes of its states and nothing else.
 pub(crate) struct PilotRun<M: Model> {
     sizes: CoordinateSizes,
-    left: usize,
-    /// The last step: where it ended, and how long it was.
+    steps_left: usize,
+    /// The end of the last step, and its length.
     last: Option<(M::State, f64)>,
 }
 
 impl<M: Constraints> PilotRun<M> {
-    /// From a start; `None` where that is large enough for the tolerance as it stands, given what
-    /// accelerations make of a start from rest.
-    pub(crate) fn of(rhs: &mut RightHandSide<'_, '_, M>, start: &M::State) -> Option<Self> {
+    /// A pilot run from a start; `None` where the start is large enough for the given tolerance. The
+    /// accelerations count, too: they tell the velocities of a start from rest.
+    pub(crate) fn start(rhs: &mut RightHandSide<'_, '_, M>, start: &M::State) -> Option<Self> {
         let own = CoordinateSizes::of::<M>(start);
         if !own.has_small::<M>() {
             return None;
         }
         let mut sizes = own.clone();
         if let Ok(a) = rhs.accelerations(start.t(), start.q(), start.u()) {
-            // What swings with amplitude q at q̈ = ω² q has velocities of ω q.
+            // An oscillation of amplitude q with q̈ = ω² q has velocities ω q = √(q̈ q).
             for i in 0..M::Vector::LEN {
                 sizes.u[i] = sizes.u[i].max(math::sqrt(a[i].abs() * sizes.q[i]));
             }
         }
-        sizes.has_small::<M>().then_some(Self { sizes: own, left: STEPS, last: None })
+        sizes.has_small::<M>().then_some(Self { sizes: own, steps_left: PILOT_STEPS, last: None })
     }
 
-    /// The absolute tolerance that belongs to a tolerance, as far as has been seen.
-    pub(crate) fn absolute(&self, rhs: &mut RightHandSide<'_, '_, M>, tolerance: f64) -> f64 {
+    /// The absolute tolerance for a given tolerance, by the sizes so far.
+    pub(crate) fn absolute_tolerance(&self, rhs: &mut RightHandSide<'_, '_, M>, tolerance: f64) -> f64 {
         let (Some(size), Some((state, h))) = (self.sizes.smallest::<M>(), &self.last) else {
             return tolerance;
         };
         if size >= SMALL_MOTION {
             return tolerance;
         }
-        let rounding = ROUNDINGS * rounding_of(rhs, state) * h.abs();
-        (tolerance * size / SMALL_MOTION).max(LEAST_ABSOLUTE_TOLERANCE.max(rounding)).min(tolerance)
+        let rounding = MIN_TOLERANCE_IN_ROUNDINGS * rounding_of_accelerations(rhs, state) * h.abs();
+        (tolerance * size / SMALL_MOTION).max(MIN_ABSOLUTE_TOLERANCE.max(rounding)).min(tolerance)
     }
 }
 
-/// What the last place of a state makes of its accelerations, at most.
-fn rounding_of<M: Constraints>(rhs: &mut RightHandSide<'_, '_, M>, state: &M::State) -> f64 {
+/// The largest change of the accelerations by changes of the state in its last place.
+fn rounding_of_accelerations<M: Constraints>(rhs: &mut RightHandSide<'_, '_, M>, state: &M::State) -> f64 {
     let (t, q, u) = (state.t(), state.q(), state.u());
     let Ok(a) = rhs.accelerations(t, q, u) else { return f64::INFINITY };
-    let mut most = 0.0f64;
+    let mut largest = 0.0f64;
     for sign in [-1.0, 1.0] {
         let mut moved = (*q, *u);
         for i in 0..M::Vector::LEN {
-            // To either side in turn, so that differences move, too.
+            // Neighbours move to opposite sides, so that differences of coordinates change, too.
             let by = if i % 2 == 0 { sign } else { -sign } * f64::EPSILON;
             moved.0[i] += by * q[i];
             moved.1[i] += by * u[i];
         }
         let Ok(b) = rhs.accelerations(t, &moved.0, &moved.1) else { return f64::INFINITY };
-        most = (0..M::Vector::LEN).fold(most, |most, i| most.max((a[i] - b[i]).abs()));
+        largest = (0..M::Vector::LEN).fold(largest, |largest, i| largest.max((a[i] - b[i]).abs()));
     }
-    most
+    largest
 }
 
 impl<M: Dynamics> Sink<M> for PilotRun<M> {
@@ -199,15 +204,15 @@ impl<M: Dynamics> Sink<M> for PilotRun<M> {
         to: &M::State,
         _: &mut dyn FnMut(f64) -> Result<M::State, Kind>,
     ) -> Result<Flow, Kind> {
-        self.sizes.add::<M>(to);
+        self.sizes.include::<M>(to);
         self.last = Some((*to, from.h));
-        self.left -= 1;
-        // Sizes only grow: what is no longer small asks for nothing.
-        let seen = self.left == 0 || !self.sizes.has_small::<M>();
-        Ok(if seen { Flow::Stop } else { Flow::Continue })
+        self.steps_left -= 1;
+        // Sizes only grow: once nothing is small the pilot run is finished.
+        let is_finished = self.steps_left == 0 || !self.sizes.has_small::<M>();
+        Ok(if is_finished { Flow::Stop } else { Flow::Continue })
     }
 
-    fn stand(&mut self, _: Record<M>) {}
+    fn end_segment(&mut self, _: Record<M>) {}
 
     fn event(&mut self, _: EventRecord<M::State>) {}
 }

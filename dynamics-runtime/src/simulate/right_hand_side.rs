@@ -1,4 +1,13 @@
-//! A model with its inputs, as the integrators see it.
+//! The right-hand side: q̇ and q̈ of a model with its inputs, as the integrators evaluate it.
+//!
+//! It combines the model's code with three things. Inputs are held, or follow the law of
+//! [`Simulation::inputs`](crate::simulate::Simulation::inputs). Constraints are kept by the formulation of
+//! the run, see [`crate::simulate::stabilization`]. Where the model has switching functions (kinks), the
+//! branches at the start of a step are held throughout the step, see `switching_functions.rs`.
+//!
+//! The traits of the integrators are implemented in `system.rs`. Steps are made, accepted and rejected by
+//! `integrate/stepper.rs`; the loop that calls it is `run.rs`. Projected ends become errors of a step in
+//! [`RightHandSide::project_end`].
 
 pub(crate) mod switching_functions;
 mod system;
@@ -13,16 +22,16 @@ use crate::integrate::{
 use crate::lanes::{self, Lanes};
 use crate::linalg::max_abs;
 use crate::model::{Branches, Constraints, Known, Model, ModelState, Modes, Vector, WideOf};
-use crate::simulate::stabilization::Stabilization;
+use crate::simulate::stabilization::{Stabilization, StabilizationSnapshot};
 
 /// Input values as a function of time and state.
 pub(crate) type InputLaw<'m, M> =
     Box<dyn Fn(f64, &<M as Model>::State) -> <M as Model>::Inputs + Send + Sync + 'm>;
 
-/// Is shown states.
+/// A function that receives the states of stages.
 pub(crate) type Listener<'r, M> = Box<dyn FnMut(&<M as Model>::State) + 'r>;
 
-/// Why accelerations do not exist at a state.
+/// Why there are no accelerations at a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum EvaluationError {
     Solve(SolveError),
@@ -30,68 +39,103 @@ pub(crate) enum EvaluationError {
     Input(usize),
 }
 
-/// A move onto the constraints by more permitted errors than this is looked at more closely.
-pub(crate) const INSPECTED_MOVE: f64 = 1.0;
-/// How much larger than what is violated such a move may be: constraints that are so near to losing rank
-/// decide nothing any more.
-pub(crate) const WEAK: f64 = 1e6;
-/// Conditioning of constraints from which on a singular position is near.
-pub(crate) const NEARLY_SINGULAR: f64 = 5.0;
+/// Largest move of a projected end, in permitted errors, that counts as the error of the step without further
+/// inspection. A step with a larger move is rejected, unless the violation that caused it is smaller.
+pub(crate) const MAX_UNINSPECTED_MOVE: f64 = 1.0;
+/// Largest ratio of such a move to the violation that caused it. The error of the step is at least the move
+/// over this, as constraints that amplify more are too near to losing rank to determine the end.
+pub(crate) const MAX_MOVE_PER_VIOLATION: f64 = 1e6;
+/// Condition of the constraints, with rows scaled to unit length, above which a singular position may be
+/// near. The bound is low on purpose: what it triggers is a closer inspection, never an error by itself.
+pub(crate) const NEARLY_SINGULAR_CONDITION: f64 = 5.0;
 
-/// An interpolant that violates constraints by more permitted errors than this, in one of these parts of its
-/// step, has stages that are off.
-pub(crate) const STRAYED: f64 = 10.0;
-const PROBES: [f64; 4] = [0.15, 0.4, 0.65, 0.85];
+/// Largest violation of the constraints by an interpolant, in permitted errors, at [`PROBED_PARTS`] of its
+/// step. One that violates them by more has a stage beside a singular position. Ordinary interpolants are
+/// below, as their error is about that of the step.
+pub(crate) const MAX_VIOLATION_BETWEEN: f64 = 10.0;
+/// Parts of a step at which an interpolant is compared with the constraints: between the ends, which fulfil
+/// them, and at unequal distances, so that an error that vanishes at one of them shows at another.
+const PROBED_PARTS: [f64; 4] = [0.15, 0.4, 0.65, 0.85];
 
-/// q̈ of a model whose inputs are held or come from a law, and whose constraints are kept by a formulation.
+/// The right-hand side of a run. See this file's head.
 pub(crate) struct RightHandSide<'r, 'm, M: Constraints> {
     pub(crate) model: &'m M,
     pub(crate) constants: &'r M::Constants,
     pub(crate) law: Option<&'r InputLaw<'m, M>>,
-    /// Input values where there is no law; a law sees them in the state it gets.
-    pub(crate) held: M::Inputs,
-    /// Which switched constraints hold.
+    /// Input values where there is no law. A law reads them in the state that it gets.
+    pub(crate) held_inputs: M::Inputs,
+    /// Which of the switched constraints hold.
     pub(crate) modes: Modes,
     pub(crate) evaluations: u64,
     pub(crate) stabilization: Stabilization<M>,
-    /// Branches that are held.
-    pub(crate) branches: Branches,
-    /// Those by which the accelerations where the stepper stands were found.
-    pub(crate) known: Branches,
-    /// What series are made in, from the first one on.
-    pub(crate) memory: Option<Box<M::Series>>,
-    /// Sees the states of stages: an account of work, which a system of its own would have every method
-    /// compiled once more for.
+    /// Branches that are held during the step that is being made.
+    pub(crate) held_branches: Branches,
+    /// Branches on which the accelerations at the stepper's current node were found.
+    pub(crate) acceleration_branches: Branches,
+    /// Memory of Taylor series, allocated with the first one.
+    pub(crate) series_memory: Option<Box<M::Series>>,
+    /// Receives the states of stages, for the account of work. A right-hand side of its own would have every
+    /// method compiled once more.
     pub(crate) listener: Option<Listener<'r, M>>,
+}
+
+/// What trial steps change in a right-hand side.
+pub(crate) struct TrialSnapshot<'r, M: Constraints> {
+    branches: (Branches, Branches),
+    stabilization: StabilizationSnapshot<M>,
+    listener: Option<Listener<'r, M>>,
+}
+
+impl<'r, M: Constraints> RightHandSide<'r, '_, M> {
+    /// Takes the listener off and saves what trial steps would change.
+    pub(crate) fn save_for_trials(&mut self) -> TrialSnapshot<'r, M> {
+        TrialSnapshot {
+            branches: (self.held_branches, self.acceleration_branches),
+            stabilization: self.stabilization.snapshot(),
+            listener: self.listener.take(),
+        }
+    }
+
+    /// Undoes what trial steps have changed. Their evaluations remain counted.
+    pub(crate) fn restore_after_trials(&mut self, saved: TrialSnapshot<'r, M>) {
+        (self.held_branches, self.acceleration_branches) = saved.branches;
+        self.stabilization.restore_snapshot(saved.stabilization);
+        self.listener = saved.listener;
+    }
 }
 
 impl<M: Constraints> RightHandSide<'_, '_, M> {
     /// The state with its inputs.
     #[inline(always)]
     pub(crate) fn state(&self, t: f64, q: &M::Vector, u: &M::Vector) -> M::State {
-        let mut state = M::State::new(t, *q, *u, self.held);
+        let mut state = M::State::new(t, *q, *u, self.held_inputs);
         *state.modes_mut() = self.modes;
         with_inputs::<M>(self.law, state)
     }
 
-    /// The state at which a stage of a step is evaluated: where coordinates are embedded, with the dependent
-    /// ones solved for.
+    /// The state at which a stage is evaluated, projected where the stabilization projects stages.
     #[inline(always)]
     pub(crate) fn stage(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<M::State, EvaluationError> {
         let state = self.state(t, &y.q, &y.u);
-        if M::IS_FREE || !self.stabilization.restores() { Ok(state) } else { self.restored(state) }
+        if M::IS_FREE || !self.stabilization.projects_stages() {
+            Ok(state)
+        } else {
+            self.projected_stage(state)
+        }
     }
 
     #[cold]
-    fn restored(&mut self, mut state: M::State) -> Result<M::State, EvaluationError> {
-        self.held(&mut state, |stabilization, model, state| stabilization.restore(model, state))
-            .map_err(EvaluationError::Solve)?;
-        // The law sees the state that there is.
+    fn projected_stage(&mut self, mut state: M::State) -> Result<M::State, EvaluationError> {
+        self.move_on_held_branches(&mut state, |stabilization, model, state| {
+            stabilization.project_stage(model, state)
+        })
+        .map_err(EvaluationError::Solve)?;
+        // The law reads the projected state.
         Ok(with_inputs::<M>(self.law, state))
     }
 
-    /// A state within a step just made; theta is 0 at its start.
-    pub(crate) fn within(
+    /// The state at the part `theta` of a step that was just made, projected where the step asks for it.
+    pub(crate) fn state_within(
         &mut self,
         dense: &dyn Dense<M::Vector>,
         step: &Step<M::Vector>,
@@ -107,7 +151,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         let y = dense.at(theta);
         let mut state = self.state(step.start.t + theta * step.h, &y.q, &y.u);
         if step.kept.between && M::IS_HELD {
-            let _ = self.held(&mut state, |stabilization, model, state| {
+            let _ = self.move_on_held_branches(&mut state, |stabilization, model, state| {
                 Ok(stabilization.project_between(model, state, tolerances))
             });
             state = with_inputs::<M>(self.law, state);
@@ -115,9 +159,9 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         state
     }
 
-    /// Whether states between the ends of a step have to be projected. Near a singular position one more stage,
-    /// which only the interpolant has, may lie right beside it, where nothing gives it accelerations to the
-    /// tolerance; the ends know nothing of it.
+    /// Whether states between the ends of a step have to be projected. Near a singular position a stage of
+    /// the interpolant, which the step itself does not use, may lie so close to it that its accelerations are
+    /// wrong. The ends of the step do not show that.
     pub(crate) fn projects_between(
         &mut self,
         dense: &dyn Dense<M::Vector>,
@@ -125,11 +169,11 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         tolerances: &Tolerances,
     ) -> bool {
         let StepFlags { stages, between, .. } = step.kept;
-        between || stages && self.off_between(dense, step, tolerances) > STRAYED
+        between || stages && self.violation_between(dense, step, tolerances) > MAX_VIOLATION_BETWEEN
     }
 
-    /// How far states within a step are off the constraints at most, in permitted errors.
-    pub(crate) fn off_between(
+    /// The largest violation of the constraints at [`PROBED_PARTS`] of a step, in permitted errors.
+    pub(crate) fn violation_between(
         &mut self,
         dense: &dyn Dense<M::Vector>,
         step: &Step<M::Vector>,
@@ -138,15 +182,15 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         if M::IS_FREE {
             return 0.0;
         }
-        PROBES.iter().fold(0.0, |most: f64, &theta| {
+        PROBED_PARTS.iter().fold(0.0, |most: f64, &theta| {
             let y = dense.at(theta);
             let state = self.on_branches(&self.state(step.start.t + theta * step.h, &y.q, &y.u));
             most.max(self.stabilization.violation(self.model, &state, tolerances))
         })
     }
 
-    /// Whether states within a step stray from constraints that may drift: further than its ends.
-    pub(crate) fn strays(
+    /// Whether an interpolant violates constraints that may drift by much more than the ends of its step do.
+    pub(crate) fn interpolant_strays(
         &mut self,
         dense: &dyn Dense<M::Vector>,
         step: &Step<M::Vector>,
@@ -157,7 +201,8 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         }
         let ends = [&step.start, &step.end].map(|end| self.state(end.t, &end.y.q, &end.y.u));
         let drift = ends.map(|end| self.stabilization.violation(self.model, &end, tolerances));
-        self.off_between(dense, step, tolerances) > STRAYED * drift[0].max(drift[1]).max(1.0)
+        self.violation_between(dense, step, tolerances)
+            > MAX_VIOLATION_BETWEEN * drift[0].max(drift[1]).max(1.0)
     }
 
     #[cold]
@@ -168,18 +213,18 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
     /// A state on the branches that are held.
     #[inline(always)]
     pub(crate) fn on_branches(&self, state: &M::State) -> M::State {
-        on::<M>(self.branches, state)
+        state_on_branches::<M>(self.held_branches, state)
     }
 
-    /// Moves a state as it is moved on the branches that are held: constraints, too, are what they are before
-    /// the place at which a step is to end.
+    /// Moves a state by `moved` with the held branches. Constraints keep their branches, too, up to the end
+    /// of the step. Where that fails, on the branches at the state itself.
     #[inline(always)]
-    fn held<R>(
+    fn move_on_held_branches<R>(
         &mut self,
         state: &mut M::State,
         moved: impl Fn(&mut Stabilization<M>, &M, &mut M::State) -> Result<R, SolveError>,
     ) -> Result<R, SolveError> {
-        if M::HAS_KINKS && self.branches != Branches::FREE {
+        if M::HAS_KINKS && self.held_branches != Branches::FREE {
             let mut held = self.on_branches(state);
             if let Ok(found) = moved(&mut self.stabilization, self.model, &mut held)
                 && is_finite(held.q())
@@ -194,7 +239,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
     }
 
     #[inline(always)]
-    fn solved(&mut self, state: &M::State) -> Result<M::Vector, SolveError> {
+    fn solve(&mut self, state: &M::State) -> Result<M::Vector, SolveError> {
         if M::IS_FREE {
             self.model.accelerations_with(self.constants, state)
         } else {
@@ -203,13 +248,13 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
     }
 
     #[inline(always)]
-    fn show(&mut self, state: &M::State) {
+    fn notify_listener(&mut self, state: &M::State) {
         if let Some(listener) = &mut self.listener {
             listener(state);
         }
     }
 
-    /// q̈ at a stage.
+    /// q̈ at the state of a stage.
     #[inline(always)]
     pub(crate) fn accelerations_of(&mut self, state: &M::State) -> Result<M::Vector, EvaluationError> {
         self.evaluations += 1;
@@ -218,27 +263,27 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         {
             return Err(EvaluationError::Input(index));
         }
-        let solved = if M::HAS_KINKS { self.solved(&self.on_branches(state)) } else { self.solved(state) };
-        if M::HAS_KINKS && self.branches != Branches::FREE && !solved.as_ref().is_ok_and(is_finite) {
-            // A branch may not exist beyond the place where it ends, as a root of what has become negative:
-            // what the model has there instead is finite, and no more than a stage or two stand there.
+        let solved = if M::HAS_KINKS { self.solve(&self.on_branches(state)) } else { self.solve(state) };
+        if M::HAS_KINKS && self.held_branches != Branches::FREE && !solved.as_ref().is_ok_and(is_finite) {
+            // A held branch may not exist behind its switching point, as the root of a negative number. The
+            // model's own branch is finite there. Few stages lie there, as the step will end at the point.
             self.evaluations += 1;
-            return self.solved(state).map_err(EvaluationError::Solve);
+            return self.solve(state).map_err(EvaluationError::Solve);
         }
         solved.map_err(EvaluationError::Solve)
     }
 }
 
 impl<M: Constraints> RightHandSide<'_, '_, M> {
-    /// Writes q̈ of four stages at once, where that is what each of them by itself would give: nobody is
-    /// shown them, inputs are held, and nothing is solved for or added.
+    /// Writes q̈ of four stages at once, where that equals evaluating them one by one: without a listener,
+    /// an input law, held branches or added terms. False where it was not possible.
     #[inline(always)]
     fn accelerations_in_lanes(&mut self, t: Lanes, y: &Stages<M::Vector>, a: &mut WideOf<M>) -> bool {
-        let plain = self.law.is_none() && self.listener.is_none() && self.branches == Branches::FREE;
-        if !M::HAS_LANES || !plain || !(M::IS_FREE || self.stabilization.is_bare()) {
+        let plain = self.law.is_none() && self.listener.is_none() && self.held_branches == Branches::FREE;
+        if !M::HAS_LANES || !plain || !(M::IS_FREE || self.stabilization.adds_nothing()) {
             return false;
         }
-        let mut state = M::State::new(f64::NAN, M::Vector::zeros(), M::Vector::zeros(), self.held);
+        let mut state = M::State::new(f64::NAN, M::Vector::zeros(), M::Vector::zeros(), self.held_inputs);
         *state.modes_mut() = self.modes;
         let found = self.model.accelerations_in_lanes(self.constants, &state, t, [&y.q, &y.u], a);
         self.evaluations += if found { lanes::COUNT as u64 } else { 0 };
@@ -246,9 +291,9 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
     }
 }
 
-/// A state on these branches.
+/// The state, evaluated on these branches.
 #[inline(always)]
-pub(crate) fn on<M: Constraints>(branches: Branches, state: &M::State) -> M::State {
+pub(crate) fn state_on_branches<M: Constraints>(branches: Branches, state: &M::State) -> M::State {
     let mut state = *state;
     if M::HAS_KINKS {
         state.hold(branches);
@@ -260,7 +305,7 @@ fn is_finite(v: &impl Vector) -> bool {
     v.as_slice().iter().all(|x| x.is_finite())
 }
 
-/// Replaces the inputs of a state by what the law says, if there is one.
+/// Replaces the inputs of a state by those of the law, if there is one.
 #[inline(always)]
 pub(crate) fn with_inputs<M: Model>(law: Option<&InputLaw<'_, M>>, mut state: M::State) -> M::State {
     if let Some(law) = law {
@@ -270,15 +315,15 @@ pub(crate) fn with_inputs<M: Model>(law: Option<&InputLaw<'_, M>>, mut state: M:
 }
 
 impl<M: Constraints> RightHandSide<'_, '_, M> {
-    /// ∂q̈/∂q and ∂q̈/∂q̇ from generated code, with what an inputs law adds; false where there is none for
-    /// what is integrated.
+    /// ∂q̈/∂q and ∂q̈/∂q̇ from generated code, including the derivatives of an input law. False
+    /// where the generated code does not apply.
     fn exact_jacobian(
         &mut self,
         at: &StepNode<M::Vector>,
         by_q: &mut [f64],
         by_u: &mut [f64],
     ) -> Result<bool, EvaluationError> {
-        if !self.stabilization.is_plain() {
+        if !self.stabilization.uses_model_accelerations() {
             return Ok(false);
         }
         let state = self.stage(at.t, &at.y)?;
@@ -287,14 +332,14 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         }
         let law = self.law;
         if law.is_some() && M::Inputs::LEN > 0 {
-            self.add_law(&state, by_q, by_u)?;
+            self.add_input_law_derivatives(&state, by_q, by_u)?;
         }
         Ok(by_q.iter().chain(by_u.iter()).all(|x| x.is_finite()))
     }
 
-    /// What follows from inputs that depend on the state: by differences of the law, and of the accelerations
-    /// along what it changes.
-    fn add_law(
+    /// Adds ∂q̈/∂inputs · ∂inputs/∂state, by one-sided differences of the law and of the
+    /// accelerations.
+    fn add_input_law_derivatives(
         &mut self,
         state: &M::State,
         by_q: &mut [f64],
@@ -303,7 +348,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         let n = M::Vector::LEN;
         let here = self.accelerations_of(state)?;
         for j in 0..2 * n {
-            let mut moved = M::State::new(state.t(), *state.q(), *state.u(), self.held);
+            let mut moved = M::State::new(state.t(), *state.q(), *state.u(), self.held_inputs);
             *moved.modes_mut() = self.modes;
             let (elements, matrix) = match j < n {
                 true => (moved.q_mut(), &mut *by_q),
@@ -324,34 +369,39 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
     }
 }
 
-/// What is asked of models with constraints at every stage or step: one copy of it for every method, a call
-/// among hundreds of nanoseconds.
+/// What models with constraints need at every stage or step. Not inlined, so that it is compiled once for all
+/// methods: the call is short against the hundreds of nanoseconds of an evaluation.
 impl<M: Constraints> RightHandSide<'_, '_, M> {
     /// (q̇, q̈) at a stage.
     #[inline(never)]
-    fn held_derivative(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<Phase<M::Vector>, EvaluationError> {
-        // Copies of a state are calls where it is long.
+    fn constrained_derivative(
+        &mut self,
+        t: f64,
+        y: &Phase<M::Vector>,
+    ) -> Result<Phase<M::Vector>, EvaluationError> {
+        // In place: copying a large state costs a call.
         let mut state = self.state(t, &y.q, &y.u);
-        if self.stabilization.restores() {
-            state = self.restored(state)?;
+        if self.stabilization.projects_stages() {
+            state = self.projected_stage(state)?;
         }
-        self.show(&state);
+        self.notify_listener(&state);
         Ok(Phase { q: *state.u(), u: self.accelerations_of(&state)? })
     }
 
-    /// See [`Accelerations::attempting`], of motions that are tied to their constraints.
+    /// Sets the correction that tied gains add during a step, and evaluates its start anew. See
+    /// [`Accelerations::attempting`].
     #[inline(never)]
-    fn push_back(&mut self, start: &mut StepNode<M::Vector>, h: f64) -> Result<(), EvaluationError> {
+    fn apply_tied_gains(&mut self, start: &mut StepNode<M::Vector>, h: f64) -> Result<(), EvaluationError> {
         let state = self.on_branches(&self.state(start.t, &start.y.q, &start.y.u));
-        self.stabilization.push_back(self.model, &state, h).map_err(EvaluationError::Solve)?;
-        // What the step before took back is none of this one's.
+        self.stabilization.set_step_correction(self.model, &state, h).map_err(EvaluationError::Solve)?;
+        // The accelerations at the start contain the correction of the step before.
         start.a = self.accelerations(start.t, &start.y.q, &start.y.u)?;
         Ok(())
     }
 
-    /// See [`Stabilized::project`].
+    /// Projects the end of a step. See [`Stabilized::project`].
     #[inline(never)]
-    fn projected(
+    fn project_end(
         &mut self,
         t: f64,
         y: &mut Phase<M::Vector>,
@@ -362,17 +412,21 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         let project = |stabilization: &mut Stabilization<M>, model: &M, state: &mut M::State| {
             stabilization.project(model, state)
         };
-        let noise = self.held(&mut state, project).map_err(EvaluationError::Solve)?;
+        let noise = self.move_on_held_branches(&mut state, project).map_err(EvaluationError::Solve)?;
         let projected = Phase { q: *state.q(), u: *state.u() };
         let moved = zip(&projected, y, |to, from| to - from);
         let by = tolerances.norm(&moved, y, &projected);
-        self.stabilization.moved = Some(by);
+        self.stabilization.latest_move = Some(by);
         let mut violation = by;
-        if by > INSPECTED_MOVE {
-            // Near a singular position a small violation takes a large move, along the direction that the
-            // constraints lose.
+        if by > MAX_UNINSPECTED_MOVE {
+            // Near a singular position a small violation causes a large move along the direction that the
+            // constraints lose. The error of the step is then the violation.
             let before = self.on_branches(&before);
-            violation = self.stabilization.violation(self.model, &before, tolerances).max(by / WEAK).min(by);
+            violation = self
+                .stabilization
+                .violation(self.model, &before, tolerances)
+                .max(by / MAX_MOVE_PER_VIOLATION)
+                .min(by);
         }
         *y = projected;
         let permitted = tolerances.absolute + tolerances.relative * max_abs(projected.u.as_slice());

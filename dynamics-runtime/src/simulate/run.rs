@@ -1,6 +1,19 @@
-//! The loop of a run: step, look for events, record.
+//! The loop of a run: make a step, locate its events, record it.
 //!
-//! What watches it are the [`monitors`]. This file knows that there are some, and none of them.
+//! Each turn of [`RunState::step_to_end`] does the following.
+//!
+//! 1. Monitors are asked before the step.
+//! 2. The stepper makes a step. It is accepted or rejected in `integrate/stepper.rs`; here only accepted
+//!    steps arrive. A step that met a corner of a unilateral constraint is shortened
+//!    (`constraint_discontinuity.rs`).
+//! 3. Monitors are asked about the step. If one objects, its valid part is recorded and the motion ends.
+//! 4. The step is shortened to the first event that calls for an action, and recorded (`event_steps.rs`); the
+//!    actions are applied and the motion restarts (`event_handling.rs`).
+//! 5. Monitors are asked after the step.
+//!
+//! The monitors are listed in [`monitors`]; a new failure mode, or a warning that needs every step, is one
+//! more of them. Checks of a finished motion are in `verification/`. This file depends on no particular
+//! monitor. `simulation/execution.rs` calls [`run`].
 
 pub(crate) mod constraint_discontinuity;
 pub(crate) mod event_handling;
@@ -17,37 +30,39 @@ use crate::integrate::{Phase, Step, StepNode, StepOptions, Tolerances};
 use crate::model::{Known, ModelState, SimulationModel};
 use crate::simulate::erased_method::ErasedMethod;
 use crate::simulate::erased_method::stepping::{ErasedStepper, StepStatistics};
-use crate::simulate::events::location::Flow;
+use crate::simulate::events::rules::Flow;
 use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::run::failure::{RunFailure, evaluation};
 use crate::simulate::run::monitor::{Advice, Monitor, Objection, Retreat, Valid, Watched};
 use crate::simulate::run::monitors::Monitors;
 use crate::simulate::run::plan::{RunEnd, RunPlan};
 use crate::simulate::run::sinks::Sink;
-use crate::simulate::stabilization::singular_start::least_distance;
+use crate::simulate::stabilization::singular_start::time_until_determined;
 use crate::simulate::trajectory::record::{Counts, Record};
 
-/// Runs a plan with one method. What was computed before a failure is in the sink.
+/// Runs a plan with one method. After a failure the sink contains the motion up to there.
 pub(crate) fn run<M: SimulationModel>(
     erased_method: &dyn ErasedMethod<M>,
     plan: &mut RunPlan<'_, '_, M>,
     sink: &mut dyn Sink<M>,
 ) -> (Counts, Result<RunEnd<M::State>, RunFailure>) {
-    let from = plan.resumes.map_or(plan.start, |(state, _)| state);
+    // The stepper at the start, or where another method has stopped.
+    let from = plan.resume_from.map_or(plan.start, |(state, _)| state);
     let method = erased_method.method();
     let y = Phase { q: *from.q(), u: *from.u() };
     let mut stepper = match erased_method.begin(&mut plan.rhs, (from.t(), y), plan.end, plan.options) {
         Ok(stepper) => stepper,
         Err(error) => {
-            sink.stand(Record::unmoved(from));
+            sink.end_segment(Record::unmoved(from));
             let counts = Counts { evaluations: plan.rhs.evaluations, ..Counts::default() };
             return (counts, Err(RunFailure::of_step::<M>(error).explained(plan, &from, method)));
         }
     };
     let stepper = &mut *stepper;
-    let begun = if plan.resumes.is_some() { Ok(()) } else { begin_singular(plan, stepper) };
-    plan.rhs.stabilization.under_way = true;
-    let result = begun.map_err(RunFailure::here).and_then(|()| {
+    // The loop.
+    let started = if plan.resume_from.is_some() { Ok(()) } else { treat_singular_start(plan, stepper) };
+    plan.rhs.stabilization.is_under_way = true;
+    let result = started.map_err(RunFailure::here).and_then(|()| {
         let monitors = Monitor::begin(&mut Watched { plan, stepper }, method);
         RunState { plan, stepper, monitors }.execute(sink)
     });
@@ -55,6 +70,7 @@ pub(crate) fn run<M: SimulationModel>(
         let StepNode { t, y, .. } = stepper.now();
         failure.explained(plan, &plan.rhs.state(*t, &y.q, &y.u), method)
     });
+    // Counts and the last record.
     let StepStatistics { accepted, rejected, stiff_at, slides_at, .. } = stepper.statistics();
     let counts = Counts {
         steps: accepted,
@@ -65,15 +81,15 @@ pub(crate) fn run<M: SimulationModel>(
         slides_at,
         parted: stepper.parted(),
     };
-    // The next record is made by the method that goes on.
+    // After a change of method, the next record is that of the new method.
     if !matches!(result, Ok(RunEnd::Stiff(_))) {
-        sink.stand(Record::new(stepper.now(), plan.rhs.held, plan.rhs.modes));
+        sink.end_segment(Record::new(stepper.now(), plan.rhs.held_inputs, plan.rhs.modes));
     }
     (counts, result)
 }
 
-/// At a singular start the accelerations are those of the branch on which the velocities are.
-fn begin_singular<'m, M: SimulationModel>(
+/// Replaces the accelerations of a singular start by those of the branch along which its velocities point.
+fn treat_singular_start<'m, M: SimulationModel>(
     plan: &mut RunPlan<'_, 'm, M>,
     stepper: &mut dyn ErasedStepper<M>,
 ) -> Result<(), Kind> {
@@ -88,12 +104,12 @@ fn begin_singular<'m, M: SimulationModel>(
     let (start, found) = (rhs.state(now.t, &now.y.q, &now.y.u), now.a);
     if let Some(a) = rhs.stabilization.singular_start(rhs.model, rhs.constants, &start, &found)? {
         let Tolerances { absolute, relative } = plan.options.tolerances;
-        stepper.leave_with(a, least_distance(&start, absolute + relative));
+        stepper.leave_with(a, time_until_determined(&start, absolute + relative));
     }
     Ok(())
 }
 
-/// What a run does beside its steps, compiled once for all methods.
+/// A run between its steps, compiled once for all methods.
 struct RunState<'f, 'r, 'm, M: SimulationModel> {
     plan: &'f mut RunPlan<'r, 'm, M>,
     stepper: &'f mut dyn ErasedStepper<M>,
@@ -101,8 +117,9 @@ struct RunState<'f, 'r, 'm, M: SimulationModel> {
 }
 
 impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
+    /// Runs to the end. Monitors add to an error what they found of its reason.
     fn execute(mut self, sink: &mut dyn Sink<M>) -> Result<RunEnd<M::State>, RunFailure> {
-        let result = self.steps(sink);
+        let result = self.step_to_end(sink);
         result.map_err(|mut failure| {
             let (monitors, mut watched) = self.watched();
             monitors.explain(&mut watched, &mut failure.kind);
@@ -110,67 +127,70 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
         })
     }
 
-    /// One step after another, up to the end or where something ends the motion.
-    fn steps(&mut self, sink: &mut dyn Sink<M>) -> Result<RunEnd<M::State>, RunFailure> {
-        if self.plan.resumes.is_none() {
-            self.begin(sink)?;
+    /// Makes steps up to the end, or to where the motion ends earlier.
+    fn step_to_end(&mut self, sink: &mut dyn Sink<M>) -> Result<RunEnd<M::State>, RunFailure> {
+        if self.plan.resume_from.is_none() {
+            self.begin_motion(sink)?;
         }
         loop {
             let statistics = self.stepper.statistics();
             if statistics.t == self.plan.end {
-                return Ok(RunEnd::Arrived);
+                return Ok(RunEnd::Finished);
             }
+            // A step of the method, ended before a corner of a unilateral constraint.
             self.before_step(&statistics)?;
             let mut step = self.advance()?;
             let corner = self.end_before_corner(&mut step)?;
+            // Record it, up to the first event with an action, or up to where a monitor objects.
             let flow = match self.after_attempt(&step) {
                 Ok(()) => self.accept(sink, step)?,
-                Err(objection) => match self.accept_part(sink, &step, objection)? {
+                Err(objection) => match self.accept_valid_part(sink, &step, objection)? {
                     Flow::Continue => continue,
-                    Flow::Stop => return Ok(RunEnd::Arrived),
+                    Flow::Stop => return Ok(RunEnd::Finished),
                 },
             };
             let flow = match corner {
-                // No event before it has acted.
+                // No event before the corner had an action.
                 Some(after) if flow == Flow::Continue && self.stepper.now().t == step.end.t => {
-                    self.turn_corner(sink, after, step.h)?
+                    self.pass_corner(sink, after, step.h)?
                 }
                 _ => flow,
             };
+            // Continue, stop, or change the method.
             let ends = flow == Flow::Stop || self.stepper.now().t == self.plan.end;
             let advice = self.after_step(sink, ends)?;
             if flow == Flow::Stop {
-                return Ok(RunEnd::Arrived);
+                return Ok(RunEnd::Finished);
             }
             if advice == Advice::ChangeMethod {
-                return Ok(RunEnd::Stiff(self.now()));
+                return Ok(RunEnd::Stiff(self.current_state()));
             }
         }
     }
 
-    /// Looks at the start: a contact that would have to pull lifts off there, what sticks and would break
-    /// away slips.
-    fn begin(&mut self, sink: &mut dyn Sink<M>) -> Result<(), RunFailure> {
-        let start = self.now();
-        self.plan.locator.begin(&start).map_err(RunFailure::here)?;
+    /// Treats unilateral constraints at the start: a contact that would have to pull lifts off there,
+    /// sticking that would break away slips.
+    fn begin_motion(&mut self, sink: &mut dyn Sink<M>) -> Result<(), RunFailure> {
+        let start = self.current_state();
+        self.plan.locator.start_at(&start).map_err(RunFailure::here)?;
         let (mut after, mut events) = (start, Vec::new());
-        self.switch_back(&mut after, &mut events).map_err(RunFailure::here)?;
+        self.switch_untenable(&mut after, &mut events).map_err(RunFailure::here)?;
         if !events.is_empty() {
-            self.go_on_from(sink, &start, &after)?;
+            self.restart_from(sink, &start, &after)?;
             events.into_iter().for_each(|event| sink.event(event));
-            let resumed = self.now();
-            self.plan.locator.begin(&resumed).map_err(RunFailure::here)?;
+            let resumed = self.current_state();
+            self.plan.locator.start_at(&resumed).map_err(RunFailure::here)?;
         }
-        self.rests_in_corner().map_or(Ok(()), |kind| Err(RunFailure::here(kind)))
+        self.find_rest_in_corner().map_or(Ok(()), |kind| Err(RunFailure::here(kind)))
     }
 
-    /// The state in which it stands.
-    fn now(&self) -> M::State {
+    /// The state that the run has reached.
+    fn current_state(&self) -> M::State {
         let StepNode { t, y, .. } = self.stepper.now();
         self.plan.rhs.state(*t, &y.q, &y.u)
     }
 
-    /// Takes a step into the motion, up to the first event that acts.
+    /// Records a step, up to the first event that calls for an action.
     fn accept(&mut self, sink: &mut dyn Sink<M>, step: Step<M::Vector>) -> Result<Flow, RunFailure> {
         if !self.plan.locator.is_empty() {
             return self.step_with_events(sink, step);
@@ -179,10 +199,10 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
         self.record(sink, &step).map_err(RunFailure::here)
     }
 
-    /// Takes what is valid of a step that a monitor objects to. The motion goes on where an event acts in
-    /// that part, and else ends with the objection.
+    /// Records the valid part of a step to which a monitor objects. If an event calls for an action in that
+    /// part the motion continues from there, else it ends with the objection.
     #[cold]
-    fn accept_part(
+    fn accept_valid_part(
         &mut self,
         sink: &mut dyn Sink<M>,
         step: &Step<M::Vector>,
@@ -195,10 +215,11 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
         if acted { Ok(flow) } else { Err(failure) }
     }
 
-    /// The part of a step that is valid, made by the method; the step is undone where there is none.
+    /// The valid part of a step, made again by the method. The step is undone where there is none.
     #[cold]
     fn valid_part(&mut self, step: &Step<M::Vector>, valid: Valid) -> Option<Step<M::Vector>> {
         let theta = match valid {
+            // The end of the step becomes the last record, see `run`.
             Valid::Whole => return None,
             Valid::UpTo(theta) => theta,
             Valid::Nothing => 0.0,
@@ -210,16 +231,21 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
             self.stepper.shorten(&mut self.plan.rhs, step, end_t).ok()
         };
         if part.is_none() {
-            // What the sink gets ends where the step begins.
+            // The motion in the sink ends where the step starts.
             self.stepper.undo(step);
         }
         part
     }
 
-    /// Gives a finished step to the sink.
+    /// Gives a finished step to the sink, with an interpolant that is made where the sink asks for it.
     fn record(&mut self, sink: &mut dyn Sink<M>, step: &Step<M::Vector>) -> Result<Flow, Kind> {
         let RunPlan { rhs, options: StepOptions { tolerances, .. }, .. } = &mut *self.plan;
-        let from = Record::of(step, rhs.held, rhs.modes, (rhs.stabilization.usual, rhs.stabilization.pace()));
+        let from = Record::of(
+            step,
+            rhs.held_inputs,
+            rhs.modes,
+            (rhs.stabilization.mean_sensitivity, rhs.stabilization.correction_time()),
+        );
         let to = rhs.state(step.end.t, &step.end.y.q, &step.end.y.u);
         let (mut dense, mut step) = (None, *step);
         let flow = sink.step(from, &to, &mut |theta| {
@@ -229,18 +255,19 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
                 dense = Some(built);
             }
             let dense = dense.as_deref().expect("built just above");
-            Ok(rhs.within(dense, &step, tolerances, theta))
+            Ok(rhs.state_within(dense, &step, tolerances, theta))
         });
-        self.plan.rhs.stabilization.learn();
+        self.plan.rhs.stabilization.update_mean_sensitivity();
         flow
     }
 
-    /// The monitors, and what they see.
+    /// The monitors, and the run as they see it.
     #[inline(always)]
     fn watched(&mut self) -> (&mut Monitors<M>, Watched<'_, 'r, 'm, M>) {
         (&mut self.monitors, Watched { plan: self.plan, stepper: self.stepper })
     }
 
+    /// Asks the monitors before a step.
     #[inline]
     fn before_step(&mut self, statistics: &StepStatistics) -> Result<(), RunFailure> {
         let (monitors, mut watched) = self.watched();
@@ -248,14 +275,15 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
         asked.map_err(|kind| RunFailure { kind, h: statistics.proposed })
     }
 
+    /// Asks the monitors about a step as the method made it.
     #[inline]
     fn after_attempt(&mut self, step: &Step<M::Vector>) -> Result<(), Objection> {
         let (monitors, mut watched) = self.watched();
         monitors.after_attempt(&mut watched, step)
     }
 
-    /// Asks the monitors about a step that is going to be recorded. Where one objects, what is valid of the
-    /// step is recorded, and the motion ends there.
+    /// Asks the monitors about a step that is to be recorded. If one objects, its valid part is recorded and
+    /// the motion ends.
     #[inline]
     fn before_record(&mut self, sink: &mut dyn Sink<M>, step: &Step<M::Vector>) -> Result<(), RunFailure> {
         let (monitors, mut watched) = self.watched();
@@ -268,7 +296,7 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
         Err(RunFailure { kind, h: step.h })
     }
 
-    /// Asks the monitors about a step that was recorded. `ends`: the motion ends here, or goes on from
+    /// Asks the monitors about a step that was recorded. `ends`: the motion ends here, or continues from
     /// another state.
     #[inline]
     fn after_step(&mut self, sink: &mut dyn Sink<M>, ends: bool) -> Result<Advice, RunFailure> {
@@ -276,13 +304,13 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
         monitors.after_step(&mut watched, ends).map_err(|Retreat { kind, to }| {
             let h = self.stepper.statistics().proposed;
             self.stepper.go_back(&to);
-            sink.go_back(to.t);
+            sink.truncate(to.t);
             RunFailure { kind, h }
         })
     }
 
-    /// Takes back a step that the sink has not seen: what it got ends where the step begins.
-    fn take_back(&mut self, step: &Step<M::Vector>, failure: RunFailure) -> RunFailure {
+    /// Undoes a step that is not in the sink, and returns the failure.
+    fn undo_step(&mut self, step: &Step<M::Vector>, failure: RunFailure) -> RunFailure {
         self.stepper.undo(step);
         failure
     }

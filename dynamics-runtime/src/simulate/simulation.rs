@@ -1,4 +1,6 @@
-//! The options of a simulation, and running it.
+//! The builder of a simulation: one method for each option, then `.run()`.
+//!
+//! `simulation/check.rs` checks the options and chooses the method; `simulation/execution.rs` runs.
 
 pub(crate) mod check;
 mod execution;
@@ -14,13 +16,13 @@ use crate::simulate::AnyMethod;
 use crate::simulate::erased_method::SharedMethod;
 use crate::simulate::events::action::EventAction;
 use crate::simulate::events::functions::AddedEvent;
-use crate::simulate::events::location::{Action, Flow};
+use crate::simulate::events::rules::{Action, Flow};
 use crate::simulate::options::contact::Contact;
 use crate::simulate::options::defaults::{DEFAULT_DRIFT_LIMIT, DEFAULT_MAX_STEPS};
 use crate::simulate::options::formulation::Formulation;
 use crate::simulate::right_hand_side::{InputLaw, with_inputs};
 
-/// Opens simulations of every derived model.
+/// Opens simulations. Every model that can be simulated has it.
 pub trait Simulate: SimulationModel {
     /// Opens a simulation from a start state; options follow, [`Simulation::run`] runs it.
     fn simulate(&self, start: Self::State) -> Simulation<'_, Self> {
@@ -37,28 +39,29 @@ pub struct Simulation<'m, M: SimulationModel> {
     start: M::State,
     end: Option<f64>,
     method: Option<SharedMethod<M>>,
-    /// With the option that gave them.
+    /// Tolerances, with the name of the option that gave them.
     tolerances: Option<(Tolerances, &'static str)>,
     fixed: Option<f64>,
     first: Option<f64>,
     most: Option<f64>,
-    most_steps: u64,
+    max_steps: u64,
     output: Output,
     law: Option<InputLaw<'m, M>>,
     added_events: Vec<AddedEvent<'m, M::State>>,
     actions: Vec<(String, Direction, Action<'m, M>)>,
     contacts: Vec<(String, Contact)>,
-    /// Constraint and breakaway event.
+    /// Names of constraints that stick and slip, each with its breakaway event.
     sticking: Vec<(String, String)>,
     formulation: Option<Formulation>,
     drift_limit: f64,
-    consistent: bool,
-    estimates: bool,
+    consistent_output: bool,
+    estimates_error: bool,
     cancel: Option<&'m AtomicBool>,
     #[cfg(feature = "progress")]
     progress: bool,
 }
 
+/// The output times as they were asked for.
 enum Output {
     Steps,
     Times(Vec<f64>),
@@ -76,7 +79,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
             fixed: None,
             first: None,
             most: None,
-            most_steps: DEFAULT_MAX_STEPS,
+            max_steps: DEFAULT_MAX_STEPS,
             output: Output::Steps,
             law: None,
             added_events: Vec::new(),
@@ -85,8 +88,8 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
             sticking: Vec::new(),
             formulation: None,
             drift_limit: DEFAULT_DRIFT_LIMIT,
-            consistent: false,
-            estimates: false,
+            consistent_output: false,
+            estimates_error: false,
             cancel: None,
             #[cfg(feature = "progress")]
             progress: false,
@@ -102,9 +105,9 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
     /// Permitted error, absolute (in the unit of each coordinate and velocity) and relative alike. Default
     /// 1e-9.
     ///
-    /// It bounds the error of each step. Errors of steps add up, and the motion may amplify them:
-    /// [`Motion::summary`](crate::simulate::Motion::summary) tells what they come to where that is more than
-    /// ten tolerances.
+    /// It bounds the error of each step. Errors of steps add up, and the motion may amplify them.
+    /// [`Motion::summary`](crate::simulate::Motion::summary) reports the sum where it is above ten
+    /// tolerances.
     ///
     /// The absolute tolerance of small motions is smaller. Where all coordinates of one unit, or all of their
     /// velocities, stay below 0.1 in the first steps, it is the tolerance times ten times the largest of
@@ -114,15 +117,15 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         self
     }
 
-    /// Permitted error, absolute + relative·|value|, of each step, of coordinates and velocities of
-    /// whatever size.
+    /// Permitted error of each step, absolute + relative·|value|, for coordinates and velocities. The
+    /// absolute tolerance is not scaled with the size of the motion.
     pub fn tolerances(mut self, absolute: f64, relative: f64) -> Self {
         self.tolerances = Some((Tolerances { absolute, relative }, "tolerances"));
         self
     }
 
-    /// This tolerance, of what is near zero another, unless tolerances or a fixed step were asked for. Both
-    /// cases report tolerances that are not positive.
+    /// This tolerance, with another one for values near zero if `absolute` is given, unless tolerances or a
+    /// fixed step were set before. Both cases report tolerances that are not positive.
     // Public for dynamics-analysis alone.
     #[doc(hidden)]
     pub fn or_tolerance(mut self, tolerance: f64, absolute: Option<f64>) -> Self {
@@ -140,9 +143,9 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
 
     /// Overrides the choice of the method: one of [`crate::methods`].
     ///
-    /// Without it: RK4 where a fixed step is given, else Tsitouras 5(4) for tolerances above 1e-4, Verner
-    /// 9(8) below 1e-6 without constraints, else DOP853; where the motion turns out to be stiff for these,
-    /// Radau IIA goes on, and the summary says from when.
+    /// Without it: RK4 with a fixed step, else Tsitouras 5(4) for tolerances above 1e-4, Verner 9(8) below
+    /// 1e-6 without constraints, else DOP853. Where the motion turns out to be stiff, Radau IIA continues,
+    /// and the summary reports the time.
     pub fn method(mut self, method: impl Into<AnyMethod<M>>) -> Self {
         self.method = Some(method.into().0);
         self
@@ -166,15 +169,16 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         self
     }
 
-    /// Most steps, rejected ones included; looked at before every step, so that what is rejected in the last
-    /// one may come on top. Default 1,000,000. A run whose steps become shorter without end is ended before.
+    /// Most steps, rejected ones included. The limit is checked before every step, so attempts that the last
+    /// step rejects may exceed it. Default 1,000,000. A run whose steps become shorter without end is ended
+    /// before.
     pub fn max_steps(mut self, steps: u64) -> Self {
-        self.most_steps = steps;
+        self.max_steps = steps;
         self
     }
 
-    /// Times at which [`Motion::states`](super::Motion::states) gives the state, in the order of the motion.
-    /// They are taken from the dense output and do not change the steps.
+    /// Times at which [`Motion::states`](super::Motion::states) returns the state, in the order of the
+    /// motion. The states come from the dense output, so the times do not change the steps.
     pub fn output_times(mut self, times: impl IntoIterator<Item = f64>) -> Self {
         self.output = Output::Times(times.into_iter().collect());
         self
@@ -198,7 +202,8 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         self
     }
 
-    /// Declares an event function beside those of the model: its zero crossings are located and listed.
+    /// Declares an event function in addition to those of the model: its zero crossings are located and
+    /// listed.
     pub fn event(mut self, name: &str, function: impl Fn(&M::State) -> f64 + 'm) -> Self {
         self.added_events.push(AddedEvent { name: name.into(), function: Box::new(function) });
         self
@@ -258,20 +263,20 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
     }
 
     /// Makes a switched holonomic constraint of one row a unilateral contact: free where Φ > 0, and where it
-    /// is closed it pushes (λ > 0) and never pulls. It rebounds or closes where Φ falls to zero and lifts off
-    /// where λ does. Where it is closed and Φ̇ jumps by a branch of its function, as where a floor starts to
-    /// move or bends, it is struck, or opens. Its events are listed as `floor contact`.
+    /// is closed it pushes (λ > 0) and never pulls. It rebounds or closes where Φ falls to zero and lifts
+    /// off where λ does. Where it is closed and Φ̇ jumps by a branch of its function, as where a floor
+    /// starts to move or bends, it is struck, or opens. Its events are listed as `floor contact`.
     pub fn contact(mut self, name: &str, contact: impl Into<Contact>) -> Self {
         self.contacts.push((name.into(), contact.into()));
         self
     }
 
     /// Makes a switched nonholonomic constraint of one row stick and slip: it is released where the event
-    /// `breakaway` falls to zero (a limit of friction less |λ|), to the side against λ, and holds again where
-    /// the slip A q̇ + b returns to zero, unless it would break away there at once. Where A q̇ + b jumps by a
-    /// branch of its function, as where a belt changes its speed, it slips from there: friction has no
-    /// impulse. A start or an action that leaves it slipping leaves it slipping to the side of its velocity.
-    /// Its events are listed as `belt slip`.
+    /// `breakaway` falls to zero (a limit of friction less |λ|), to the side against λ, and holds again
+    /// where the slip A q̇ + b returns to zero, unless it would break away there at once. Where A q̇ + b
+    /// jumps by a branch of its function, as where a belt changes its speed, it slips from there: friction
+    /// has no impulse. A start or an action that leaves it slipping leaves it slipping to the side of its
+    /// velocity. Its events are listed as `belt slip`.
     pub fn stick_slip(mut self, name: &str, breakaway: &str) -> Self {
         self.sticking.push((name.into(), breakaway.into()));
         self
@@ -283,20 +288,20 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         self
     }
 
-    /// Ends the simulation with an error where a constraint has drifted by more than this part of s + |q|,
-    /// as |Φ|/‖Φ_q‖, or its velocities by more than this part of s + |q̇|, as |Φ̇|/‖Φ_q‖ or |A q̇ + b|/‖A‖,
-    /// of the coordinates in its row, by unit; s is the model's largest parameter of the same unit, at most
-    /// 1, and 1 of angles and where there is none. Infinite: never. Default 1e-3. Matters to formulations
-    /// that let constraints drift.
+    /// Ends the simulation with an error where a constraint has drifted by more than this part of s + |q|, as
+    /// |Φ|/‖Φ_q‖, or its velocities by more than this part of s + |q̇|, as |Φ̇|/‖Φ_q‖ or |A
+    /// q̇ + b|/‖A‖, of the coordinates in its row, by unit; s is the model's largest parameter of the
+    /// same unit, at most 1, and 1 of angles and where there is none. Infinite: never. Default 1e-3. Matters
+    /// to formulations that let constraints drift.
     pub fn drift_limit(mut self, limit: f64) -> Self {
         self.drift_limit = limit;
         self
     }
 
-    /// Puts states between steps, too, onto the constraints: without it dense output fulfils them to the
-    /// tolerance only.
+    /// Projects states between steps, too. Without it dense output fulfils the constraints to the tolerance
+    /// only.
     pub fn consistent_output(mut self) -> Self {
-        self.consistent = true;
+        self.consistent_output = true;
         self
     }
 
@@ -308,7 +313,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
     /// compared in the middle of each step, too. Actions of events are called in both runs, so they should
     /// depend on the state alone.
     pub fn estimate_error(mut self) -> Self {
-        self.estimates = true;
+        self.estimates_error = true;
         self
     }
 
@@ -318,8 +323,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         self
     }
 
-    /// Ends the simulation with an error as soon as the flag is raised, from another thread or a signal
-    /// handler.
+    /// Ends the simulation with an error as soon as the flag is set, by another thread or a signal handler.
     pub fn cancel(mut self, flag: &'m AtomicBool) -> Self {
         self.cancel = Some(flag);
         self
@@ -332,13 +336,13 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         self
     }
 
-    /// A state with the inputs that the law given here has there.
+    /// A state with the inputs of the input law, if there is one.
     pub(crate) fn complete(&self, state: M::State) -> M::State {
         with_inputs::<M>(self.law.as_ref(), state)
     }
 
-    /// The functions of the events given here, at a state with its inputs, by name.
-    pub(crate) fn ad_hoc_at(&self, state: &M::State) -> Vec<(String, f64)> {
+    /// Names and values of the events given at this simulation, at a state.
+    pub(crate) fn added_events_at(&self, state: &M::State) -> Vec<(String, f64)> {
         let state = with_inputs::<M>(self.law.as_ref(), *state);
         self.added_events.iter().map(|event| (event.name.clone(), (event.function)(&state))).collect()
     }

@@ -1,7 +1,23 @@
-//! What keeps the constraints of a run, by its formulation.
+//! Constraint stabilization of a run: how Φ = 0 and Φ̇ = 0 are kept, by its [`Formulation`].
+//!
+//! Every evaluation solves M q̈ = Q + Φ_qᵀλ, Φ_q q̈ = γ by [`crate::constrain`]. Steps leave errors
+//! in Φ and Φ̇. What becomes of them depends on the formulation:
+//!
+//! | formulation | what happens | file |
+//! |---|---|---|
+//! | projected, embedded | ends of steps, or stages too, are moved onto the constraints | `projection.rs` |
+//! | Baumgarte | γ − 2αΦ̇ − β²Φ at every evaluation | [`Stabilization::accelerations`] |
+//! | Baumgarte, tied gains | a correction that is constant within a step | `adaptive_gain.rs` |
+//! | augmented, Baumgarte | the drift and its influence on the motion are watched | `drift_monitor.rs` |
+//!
+//! `initial_consistency.rs` checks starts and what actions leave. `contacts.rs` decides which contacts take
+//! part in an impact. `singular_start.rs` finds accelerations where rank is lost. The tolerance reaches the
+//! constraints in [`Stabilization::violation`] and in `projection.rs`. Solving and projecting themselves are
+//! in [`crate::constrain`], and errors of this module become messages in [`crate::simulate::failure`].
 
 pub(crate) mod adaptive_gain;
 pub(crate) mod contacts;
+pub(crate) mod counts;
 pub(crate) mod drift_monitor;
 pub(crate) mod initial_consistency;
 pub(crate) mod near_singular;
@@ -11,8 +27,9 @@ pub(crate) mod singular_start;
 use alloc::vec::Vec;
 
 pub(crate) use crate::simulate::stabilization::contacts::ContactHistory;
+pub use crate::simulate::stabilization::counts::StabilizationCounts;
 pub(crate) use crate::simulate::stabilization::drift_monitor::{DriftVerdict, Drifted};
-pub(crate) use crate::simulate::stabilization::initial_consistency::PlaceError;
+pub(crate) use crate::simulate::stabilization::initial_consistency::ConsistencyError;
 
 use crate::constrain::active_set::{active_rows, holds};
 use crate::constrain::assemble::{CONSISTENT, size_along};
@@ -24,139 +41,81 @@ use crate::math;
 use crate::model::{Constraint, Constraints, Known, ModelState, Vector};
 use crate::simulate::failure::SimulationErrorKind;
 use crate::simulate::options::formulation::Formulation;
-use crate::simulate::stabilization::adaptive_gain::{DriftInfluence, Pace};
+use crate::simulate::stabilization::adaptive_gain::CorrectionTime;
 
-/// How often a run had to leave the straight way to keep its constraints.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct StabilizationCounts {
-    /// Evaluations by the general solver where generated code did not apply: a pivot was too small, a
-    /// constraint was released.
-    pub general: u64,
-    /// When generated code did not apply first though all constraints held.
-    pub general_at: Option<f64>,
-    /// Those among them at which a switched constraint was released: there the general solver is the way that
-    /// was chosen.
-    pub released: u64,
-    /// Evaluations at which the Jacobian had a lower rank than it has rows that hold, so that multipliers are
-    /// not unique.
-    pub dependent: u64,
-    /// When that was met first.
-    pub dependent_at: Option<f64>,
-    /// Steps after which the state was put back onto the constraints.
-    pub projected: u64,
-    /// Largest size of such a move, in parts of what the tolerance permits per step.
-    pub largest_move: f64,
-    /// How often the embedded formulation chose anew which coordinates are dependent: at a state where a
-    /// block of dependent ones of the generated code had degraded, so that the general solver chose its own
-    /// pivots. 0 where there is no generated code: then it always does.
-    pub repartitions: u64,
-    /// How often a contact without a [`rest_speed`](crate::simulate::Contact::rest_speed) was hit too slowly
-    /// to rebound and counted as at rest.
-    pub rests: u64,
-    /// The largest speed, |Φ̇|, at which one did.
-    pub fastest_rest: f64,
-    /// Worst conditioning of the constraints that was met by the general solver, and when.
-    pub conditioning: Option<(f64, f64)>,
-    /// Where drift turned the motion most: where constraints drift, at the ends of those steps that may be
-    /// near a singular position, and of every fourth to thirteenth of the others.
-    pub turned: Option<DriftInfluence>,
-}
+/// Difference between the limit of the accelerations along a branch and those of least norm above which the
+/// limit is taken, in parts of |q̈| + |q̇|². The limit has fewer digits: at a distance x from the singular
+/// position its rounding is ε/x³. A smaller bound would replace good accelerations by their noisy limit; a
+/// larger one would keep accelerations that belong to no branch.
+const BRANCH_LIMIT_DIFFERENCE: f64 = 1e-5;
 
-impl StabilizationCounts {
-    /// A contact came to rest that approached, or moved away, with a speed.
-    fn rest(&mut self, speed: f64) {
-        self.rests += 1;
-        self.fastest_rest = self.fastest_rest.max(speed.abs());
-    }
-
-    /// Adds the evaluations of steps that were made before the run, as they are counted of its own.
-    pub(crate) fn add_evaluations(&mut self, before: &Self) {
-        self.general += before.general;
-        self.released += before.released;
-        self.dependent += before.dependent;
-    }
-
-    /// The end of a step was projected: by how much.
-    #[inline]
-    pub(crate) fn note_move(&mut self, size: f64) {
-        self.projected += 1;
-        if size > self.largest_move {
-            self.largest_move = size;
-        }
-    }
-}
-
-/// Relative difference from accelerations of least norm from which on a limit along a branch is another
-/// value: at a distance x its rounding is ε/x³.
-const LIMIT: f64 = 1e-5;
-/// What steps leave in a [`Stabilization`].
-pub(crate) struct StabilizationNotes<M: Constraints> {
+/// What steps change in a [`Stabilization`], so that a trial step can be undone.
+pub(crate) struct StabilizationSnapshot<M: Constraints> {
     counts: StabilizationCounts,
-    push: M::Vector,
-    pace: Pace,
-    look: Option<drift_monitor::DriftInspection<M::Rows>>,
-    usual: Option<f64>,
-    latest: Option<f64>,
-    moved: Option<f64>,
-    held: Option<Tolerances>,
+    step_correction: M::Vector,
+    correction_time: CorrectionTime,
+    last_inspection: Option<drift_monitor::DriftInspection<M::Rows>>,
+    mean_sensitivity: Option<f64>,
+    latest_sensitivity: Option<f64>,
+    latest_move: Option<f64>,
+    stage_tolerances: Option<Tolerances>,
 }
 
-/// Keeps the constraints of one run; what it works in is allocated once.
+/// Keeps the constraints of one run. Its workspace is allocated once.
 pub(crate) struct Stabilization<M: Constraints> {
     pub(crate) formulation: Option<Formulation>,
     pub(crate) counts: StabilizationCounts,
-    /// α and β where they are fixed, α with the sign of the run.
+    /// Baumgarte's α and β where they are fixed, else 0. α has the sign of the run's direction in time.
     gains: (f64, f64),
-    /// What the step being made adds to the accelerations, where gains follow the step.
-    push: M::Vector,
-    pace: Pace,
+    /// Accelerations that tied gains add throughout the step that is being made.
+    step_correction: M::Vector,
+    correction_time: CorrectionTime,
     drift_limit: f64,
-    /// No row is smaller, once that was asked.
+    /// Lower bound of the size of all rows, once it was computed.
     least_size: Option<f64>,
-    /// The last close look at what has drifted.
-    look: Option<drift_monitor::DriftInspection<M::Rows>>,
+    /// The last full inspection of the drift.
+    last_inspection: Option<drift_monitor::DriftInspection<M::Rows>>,
     /// The contacts of the run, which take part in every impact where they touch.
     pub(crate) contacts: Vec<ContactHistory>,
-    /// Mean of the sensitivities of the projections that ended steps so far, on a logarithmic scale. It is
-    /// the same in all of a step, in every attempt to make it and in its interpolant, so that it can be made
-    /// again.
-    pub(crate) usual: Option<f64>,
-    /// The sensitivity of the projection that ended the step which was tried last.
-    latest: Option<f64>,
+    /// Geometric mean of the sensitivities of the projections that ended the steps so far. It does not change
+    /// during a step, nor between its attempts and its interpolant, so that the step can be repeated exactly.
+    pub(crate) mean_sensitivity: Option<f64>,
+    /// Sensitivity of the projection that ended the last attempted step.
+    latest_sensitivity: Option<f64>,
     constants: M::Constants,
-    /// By how much the end of the step that was tried last moved onto the constraints, in parts of what the
-    /// tolerance permits.
-    pub(crate) moved: Option<f64>,
-    /// The stages of steps are put onto the constraints too, as far as these tolerances ask for.
-    held: Option<Tolerances>,
-    /// The start has been looked at.
-    pub(crate) under_way: bool,
+    /// Size of the move that projected the end of the last attempted step, in permitted errors.
+    pub(crate) latest_move: Option<f64>,
+    /// Tolerances to which stages of steps are projected, too; `None` where the formulation does not ask for
+    /// it or projects to rounding level.
+    stage_tolerances: Option<Tolerances>,
+    /// Whether the start has been treated, so that lost rank is met by the motion and not by its start.
+    pub(crate) is_under_way: bool,
     workspace: Vec<f64>,
 }
 
 impl<M: Constraints> Stabilization<M> {
-    /// For a run from the first of two times to the second.
+    /// For a run between two times, in this order.
     pub(crate) fn new(
         formulation: Option<Formulation>,
         drift_limit: f64,
         constants: M::Constants,
         run: (f64, f64),
     ) -> Self {
-        Self::within(formulation, drift_limit, constants, run, Vec::new())
+        Self::with_workspace(formulation, drift_limit, constants, run, Vec::new())
     }
 
-    /// As [`Stabilization::new`], in memory that another one [left](Stabilization::into_memory).
-    pub(crate) fn within(
+    /// As [`Stabilization::new`], with the [workspace](Stabilization::into_workspace) of another one.
+    pub(crate) fn with_workspace(
         formulation: Option<Formulation>,
         drift_limit: f64,
         constants: M::Constants,
         (from, to): (f64, f64),
         mut workspace: Vec<f64>,
     ) -> Self {
-        // What damps in one direction of time drives in the other.
-        let along = if to < from { -1.0 } else { 1.0 };
+        // A term that damps in one direction of time drives in the other.
+        let direction = if to < from { -1.0 } else { 1.0 };
         let gains = match formulation {
-            Some(Formulation::Baumgarte { alpha, beta }) => (along * alpha, beta),
+            Some(Formulation::Baumgarte { alpha, beta }) => (direction * alpha, beta),
             _ => (0.0, 0.0),
         };
         let len = constrain::workspace_len(M::COORDINATES.len(), M::ROWS.len());
@@ -165,86 +124,99 @@ impl<M: Constraints> Stabilization<M> {
             formulation,
             counts: StabilizationCounts::default(),
             gains,
-            push: M::Vector::zeros(),
-            pace: Pace::default(),
+            step_correction: M::Vector::zeros(),
+            correction_time: CorrectionTime::default(),
             drift_limit,
             least_size: None,
-            look: None,
+            last_inspection: None,
             contacts: Vec::new(),
-            usual: None,
-            latest: None,
+            mean_sensitivity: None,
+            latest_sensitivity: None,
             constants,
-            moved: None,
-            held: None,
-            under_way: false,
+            latest_move: None,
+            stage_tolerances: None,
+            is_under_way: false,
             workspace,
         }
     }
 
-    /// What steps have left in it so far.
-    pub(crate) fn noted(&self) -> StabilizationNotes<M> {
-        let Self { counts, push, pace, look, usual, latest, moved, held, .. } = *self;
-        StabilizationNotes { counts, push, pace, look, usual, latest, moved, held }
+    /// What steps have changed so far, to undo a trial step by [`Stabilization::restore_snapshot`].
+    pub(crate) fn snapshot(&self) -> StabilizationSnapshot<M> {
+        StabilizationSnapshot {
+            counts: self.counts,
+            step_correction: self.step_correction,
+            correction_time: self.correction_time,
+            last_inspection: self.last_inspection,
+            mean_sensitivity: self.mean_sensitivity,
+            latest_sensitivity: self.latest_sensitivity,
+            latest_move: self.latest_move,
+            stage_tolerances: self.stage_tolerances,
+        }
     }
 
-    /// Forgets what steps have left in it since.
-    pub(crate) fn put_back(&mut self, noted: StabilizationNotes<M>) {
-        let StabilizationNotes { counts, push, pace, look, usual, latest, moved, held } = noted;
-        (self.counts, self.push, self.pace, self.look) = (counts, push, pace, look);
-        (self.usual, self.latest, self.moved, self.held) = (usual, latest, moved, held);
+    /// Undoes what steps have changed since the snapshot.
+    pub(crate) fn restore_snapshot(&mut self, snapshot: StabilizationSnapshot<M>) {
+        self.counts = snapshot.counts;
+        self.step_correction = snapshot.step_correction;
+        self.correction_time = snapshot.correction_time;
+        self.last_inspection = snapshot.last_inspection;
+        self.mean_sensitivity = snapshot.mean_sensitivity;
+        self.latest_sensitivity = snapshot.latest_sensitivity;
+        self.latest_move = snapshot.latest_move;
+        self.stage_tolerances = snapshot.stage_tolerances;
     }
 
-    /// The memory that it worked in.
-    pub(crate) fn into_memory(self) -> Vec<f64> {
+    /// Its workspace, for another one.
+    pub(crate) fn into_workspace(self) -> Vec<f64> {
         self.workspace
     }
 
-    /// The memory that it works in, for as long as nothing else is asked of it.
-    pub(crate) fn lend(&mut self) -> Vec<f64> {
+    /// Lends its workspace. Nothing else may be asked of it until the workspace is returned.
+    pub(crate) fn lend_workspace(&mut self) -> Vec<f64> {
         core::mem::take(&mut self.workspace)
     }
 
-    /// What was lent.
-    pub(crate) fn take_back(&mut self, memory: Vec<f64>) {
-        self.workspace = memory;
+    /// Returns what [`Stabilization::lend_workspace`] lent.
+    pub(crate) fn return_workspace(&mut self, workspace: Vec<f64>) {
+        self.workspace = workspace;
     }
 
-    /// Whether the gains follow the step.
+    /// Whether Baumgarte's gains follow the step size.
     #[inline(always)]
-    pub(crate) fn is_tied(&self) -> bool {
+    pub(crate) fn has_tied_gains(&self) -> bool {
         self.formulation == Some(Formulation::BaumgarteTied)
     }
 
-    /// Whether accelerations are those of the model: nothing is added, and no coordinate is solved for where
-    /// they are evaluated.
-    pub(crate) fn is_plain(&self) -> bool {
+    /// Whether accelerations are those of the model at the given state: no gains are added and stages are not
+    /// projected.
+    pub(crate) fn uses_model_accelerations(&self) -> bool {
         matches!(self.formulation, None | Some(Formulation::Augmented | Formulation::Projected))
     }
 
-    /// Whether [`Self::accelerations`] adds nothing to those of the model, and states are evaluated where
-    /// they are: so that four can be evaluated at once.
+    /// Whether [`Self::accelerations`] equals the model's own code at the given state, so that four states
+    /// can be evaluated at once.
     #[inline(always)]
-    pub(crate) fn is_bare(&self) -> bool {
-        let alike = repeat::<M>() && self.formulation != Some(Formulation::Projected);
-        self.gains == (0.0, 0.0) && !alike && !self.is_tied() && !self.restores()
+    pub(crate) fn adds_nothing(&self) -> bool {
+        let weighs_all_rows =
+            has_redundant_constraints::<M>() && self.formulation != Some(Formulation::Projected);
+        self.gains == (0.0, 0.0) && !weighs_all_rows && !self.has_tied_gains() && !self.projects_stages()
     }
 
-    /// What is left of a small change of a state once it is projected: the part that is tangent to the
-    /// constraints.
-    pub(crate) fn along(
+    /// The part of a small change of a state that is tangent to the constraints. Projection leaves only this.
+    pub(crate) fn tangential_part(
         &mut self,
         model: &M,
         state: &M::State,
         change: &Phase<M::Vector>,
     ) -> Result<Phase<M::Vector>, SolveError> {
-        let q = self.across(model, state, &change.q, M::Residual::LEN)?;
-        let u = self.across(model, state, &change.u, M::Rows::LEN)?;
-        Ok(zip(change, &Phase { q, u }, |change, across| change - across))
+        let q = self.inadmissible_part(model, state, &change.q, M::Residual::LEN)?;
+        let u = self.inadmissible_part(model, state, &change.u, M::Rows::LEN)?;
+        Ok(zip(change, &Phase { q, u }, |change, inadmissible| change - inadmissible))
     }
 
-    /// The part of a change of positions or velocities that the first so many rows do not permit, along
-    /// M⁻¹Φ_qᵀ.
-    pub(crate) fn across(
+    /// The part of a change δ of positions or velocities, along M⁻¹Φ_qᵀ, that the first `rows` rows
+    /// forbid: what is left of δ has Φ_q δ = 0.
+    pub(crate) fn inadmissible_part(
         &mut self,
         model: &M,
         state: &M::State,
@@ -252,19 +224,24 @@ impl<M: Constraints> Stabilization<M> {
         rows: usize,
     ) -> Result<M::Vector, SolveError> {
         let jacobian = Gradients::of(model, state, &mut self.workspace).rows;
-        let mut across = M::Rows::zeros();
-        let lines = jacobian.chunks_exact(M::Vector::LEN).zip(across.as_mut_slice()).enumerate();
-        for (row, (line, across)) in lines.take(rows) {
+        let mut rates = M::Rows::zeros();
+        let gradients = jacobian.chunks_exact(M::Vector::LEN).zip(rates.as_mut_slice()).enumerate();
+        for (row, (gradient, rate)) in gradients.take(rows) {
             if holds::<M>(state.modes(), row) {
-                *across = line.iter().zip(change.as_slice()).map(|(a, b)| a * b).sum();
+                *rate = gradient.iter().zip(change.as_slice()).map(|(a, b)| a * b).sum();
             }
         }
-        constrain::correct(model, &self.constants, state, &across, &mut self.workspace)
+        constrain::correct(model, &self.constants, state, &rates, &mut self.workspace)
     }
 
-    /// One correction of positions towards Φ = 0; rows that bind velocities ask for `rate` times what is
-    /// missing of A q̇ + b = 0.
-    pub(crate) fn onto(&mut self, model: &M, state: &M::State, rate: f64) -> Result<M::Vector, SolveError> {
+    /// One correction δ of positions towards Φ = 0, with Φ_q δ = −Φ, and A δ = −`rate` (A q̇ + b)
+    /// for rows that bind velocities.
+    pub(crate) fn correction_towards(
+        &mut self,
+        model: &M,
+        state: &M::State,
+        rate: f64,
+    ) -> Result<M::Vector, SolveError> {
         let (position, mut right) = (model.residual(state), model.velocity_residual(state));
         for (row, right) in right.as_mut_slice().iter_mut().enumerate() {
             *right = match holds::<M>(state.modes(), row) {
@@ -276,8 +253,8 @@ impl<M: Constraints> Stabilization<M> {
         constrain::correct(model, &self.constants, state, &right, &mut self.workspace)
     }
 
-    /// By how much a state violates its constraints, |Φ|/‖Φ_q‖ and |Φ̇|/‖Φ_q‖ of the worst row, in parts of
-    /// what the tolerance permits; infinite where one is not a number.
+    /// Violation of the worst row, |Φ|/‖Φ_q‖ or |Φ̇|/‖Φ_q‖, in permitted errors:
+    /// absolute + relative · max |q|, or max |q̇|. Infinite where a residual is not a number.
     #[cold]
     pub(crate) fn violation(&mut self, model: &M, state: &M::State, tolerances: &Tolerances) -> f64 {
         let (position, velocity) = (model.residual(state), model.velocity_residual(state));
@@ -286,37 +263,47 @@ impl<M: Constraints> Stabilization<M> {
         let (of_q, of_u) = (permitted(state.q()), permitted(state.u()));
         let distances = Distances::of(model, state, &mut self.workspace);
         active_rows::<M>(state.modes(), false).fold(0.0f64, |worst, row| {
-            let of_row = |residual: f64, permitted: f64| distances.along(row, residual) / permitted;
+            let of_row = |residual: f64, permitted: f64| distances.distance(row, residual) / permitted;
             let at = if row < M::Residual::LEN { of_row(position[row], of_q) } else { 0.0 };
             let of_row = math::max(at, of_row(velocity[row], of_u));
             if of_row.is_nan() { f64::INFINITY } else { worst.max(of_row) }
         })
     }
 
-    /// What a step from a state adds to the accelerations all along, to take back what has drifted up to
-    /// there.
-    pub(crate) fn push_back(&mut self, model: &M, state: &M::State, h: f64) -> Result<(), SolveError> {
+    /// Sets what tied gains add to the accelerations throughout a step of length h from this state: Φ_q
+    /// a = −(3/2 Φ̇ + Φ/τ)/τ, and A a = −(A q̇ + b)/τ for rows that bind velocities. τ is that of
+    /// [`CorrectionTime`].
+    pub(crate) fn set_step_correction(
+        &mut self,
+        model: &M,
+        state: &M::State,
+        h: f64,
+    ) -> Result<(), SolveError> {
         let (position, mut right) = (model.residual(state), model.velocity_residual(state));
-        let h = self.pace.of_step(state.t(), h.abs()).copysign(h);
+        let tau = self.correction_time.of_step(state.t(), h.abs()).copysign(h);
         for (row, right) in right.as_mut_slice().iter_mut().enumerate() {
-            *right =
-                if row < M::Residual::LEN { -(1.5 * *right + position[row] / h) / h } else { -*right / h };
+            *right = if row < M::Residual::LEN {
+                -(1.5 * *right + position[row] / tau) / tau
+            } else {
+                -*right / tau
+            };
         }
-        self.push = constrain::correct(model, &self.constants, state, &right, &mut self.workspace)?;
+        self.step_correction =
+            constrain::correct(model, &self.constants, state, &right, &mut self.workspace)?;
         Ok(())
     }
 
-    /// The time in which tied gains take back what has drifted, in the step tried last.
-    pub(crate) fn pace(&self) -> f64 {
-        self.pace.now
+    /// The time τ in which tied gains correct the drift, in the last attempted step.
+    pub(crate) fn correction_time(&self) -> f64 {
+        self.correction_time.tau
     }
 
-    /// Has the steps that follow made again at the pace at which they were.
-    pub(crate) fn replay(&mut self, pace: f64) {
-        self.pace.recorded = pace;
+    /// Repeats steps with the correction time with which they were made.
+    pub(crate) fn replay_correction_time(&mut self, tau: f64) {
+        self.correction_time.replayed = tau;
     }
 
-    /// Whether states are put back onto the constraints after a step.
+    /// Whether the ends of steps are projected.
     #[inline(always)]
     pub(crate) fn projects(&self) -> bool {
         self.formulation.is_some_and(Formulation::is_exact)
@@ -332,9 +319,9 @@ impl<M: Constraints> Stabilization<M> {
         constrain::solve(model, constants, state, &mut self.workspace).map(|solved| solved.multipliers)
     }
 
-    /// Whether accelerations differ by more than this part of 1 + |q̈| between the sides to which a
-    /// constraint may be released; also where they fail.
-    pub(crate) fn side_counts(
+    /// Whether accelerations depend on the side to which a constraint is released: whether they differ by
+    /// more than the part `negligible` of 1 + |q̈|. True also where they fail.
+    pub(crate) fn side_matters(
         &mut self,
         model: &M,
         constants: &M::Constants,
@@ -350,13 +337,13 @@ impl<M: Constraints> Stabilization<M> {
         let (Ok(one), Ok(other)) = (one, other) else { return true };
         let (one, other) = (one.accelerations, other.accelerations);
         let size = negligible * (1.0 + max_abs(one.as_slice()));
-        // What is not a number counts.
+        // Differences that are not a number count as different.
         !one.as_slice().iter().zip(other.as_slice()).all(|(one, other)| (one - other).abs() <= size)
     }
 
-    /// By how much the rate of a slip, of one row, differs if its constraint is released to the other side;
-    /// `None` where accelerations fail.
-    pub(crate) fn change_of_side(
+    /// Change of the slip rate d/dt (A q̇ + b) of a constraint of one row if it were released to the other
+    /// side; `None` where accelerations fail.
+    pub(crate) fn slip_rate_change_on_other_side(
         &mut self,
         model: &M,
         constants: &M::Constants,
@@ -377,7 +364,7 @@ impl<M: Constraints> Stabilization<M> {
         Some(row.map(|(j, x)| x * (there[j] - here[j])).sum())
     }
 
-    /// Whether dependent coordinates are solved for wherever accelerations are evaluated.
+    /// Whether all stages are projected to rounding level.
     #[inline(always)]
     pub(crate) fn embeds(&self) -> bool {
         self.formulation == Some(Formulation::Embedded)
@@ -392,39 +379,42 @@ impl<M: Constraints> Stabilization<M> {
         state: &M::State,
     ) -> Result<M::Vector, SolveError> {
         let workspace = &mut self.workspace;
-        // Stages of projected steps lie beside the manifold, where rows that repeat others are better left
-        // out; Baumgarte's equations weigh all rows alike, without gains too.
-        let alike = repeat::<M>() && self.formulation != Some(Formulation::Projected);
+        // Stages of projected steps violate the constraints a little. Redundant rows then contradict each
+        // other and are better left out. Baumgarte's equations, with gains of 0 too, weigh all rows.
+        let weighs_all_rows =
+            has_redundant_constraints::<M>() && self.formulation != Some(Formulation::Projected);
         let solved = match self.gains {
-            (0.0, 0.0) if !alike => constrain::accelerate(model, constants, state, workspace)?,
+            (0.0, 0.0) if !weighs_all_rows => constrain::accelerate(model, constants, state, workspace)?,
             gains => constrain::solve_baumgarte(model, constants, state, gains, workspace)?,
         };
         let mut accelerations = solved.accelerations;
         if let Some(diagnosis) = &solved.diagnosis {
-            self.note(state.t(), diagnosis);
+            self.count_general_solution(state.t(), diagnosis);
             if self.loses_rank(diagnosis) {
                 accelerations = self.branch_limit(model, constants, state, &accelerations, diagnosis)?;
             }
         }
-        if self.is_tied() {
-            for (a, push) in accelerations.as_mut_slice().iter_mut().zip(self.push.as_slice()) {
-                *a += push;
+        if self.has_tied_gains() {
+            for (a, step_correction) in
+                accelerations.as_mut_slice().iter_mut().zip(self.step_correction.as_slice())
+            {
+                *a += step_correction;
             }
         }
         Ok(accelerations)
     }
 
-    /// Whether constraints that are independent elsewhere depend on each other, once the motion is under way:
-    /// what a start is taken for is decided where it is.
+    /// Whether constraints that are independent elsewhere have lost rank during the motion. Singular starts
+    /// are treated where the run begins.
     fn loses_rank(&self, diagnosis: &RankDiagnosis) -> bool {
-        self.under_way
+        self.is_under_way
             && diagnosis.rank < diagnosis.active
             && diagnosis.active == M::ROWS.len()
-            && !repeat::<M>()
+            && !has_redundant_constraints::<M>()
     }
 
-    /// The accelerations in a singular position are those of the branch: least ones, as the general solver
-    /// finds them, are on none.
+    /// The accelerations in a singular position: their limit along the branch of the motion. Those of least
+    /// norm, which the general solver finds, belong to no branch.
     #[cold]
     fn branch_limit(
         &mut self,
@@ -439,15 +429,16 @@ impl<M: Constraints> Stabilization<M> {
         else {
             return Ok(*found);
         };
-        // The limit is known to fewer digits.
-        let apart = (0..M::Vector::LEN).fold(0.0, |most, i| math::max(most, (limit[i] - found[i]).abs()));
+        // The limit has fewer digits: keep the least accelerations where both agree.
+        let difference =
+            (0..M::Vector::LEN).fold(0.0, |most, i| math::max(most, (limit[i] - found[i]).abs()));
         let speed = max_abs(state.u().as_slice());
-        let differs = apart > LIMIT * (max_abs(found.as_slice()) + speed * speed);
+        let differs = difference > BRANCH_LIMIT_DIFFERENCE * (max_abs(found.as_slice()) + speed * speed);
         Ok(if differs { limit } else { *found })
     }
 
     #[cold]
-    fn note(&mut self, t: f64, diagnosis: &RankDiagnosis) {
+    fn count_general_solution(&mut self, t: f64, diagnosis: &RankDiagnosis) {
         let counts = &mut self.counts;
         counts.general += 1;
         let released = diagnosis.active < M::ROWS.len();
@@ -487,8 +478,7 @@ impl<M: Constraints> Stabilization<M> {
         Gradients::alone(model, state, &mut self.workspace)
     }
 
-    /// An impact on the rows of constraints, by index with their coefficients of restitution; the state's
-    /// velocities jump.
+    /// An impact on constraints, by index and coefficient of restitution. The velocities of the state jump.
     pub(crate) fn impact(
         &mut self,
         model: &M,
@@ -498,48 +488,47 @@ impl<M: Constraints> Stabilization<M> {
         constrain::impact(model, state, hits, &mut self.workspace)
     }
 
-    /// The side to which a released nonholonomic constraint of one row slips; `None` where it slips no faster
-    /// than a start may miss it.
+    /// The side to which a released nonholonomic constraint of one row slips: the sign of A q̇ + b. `None`
+    /// where it slips no faster than a start may violate it.
     pub(crate) fn slip_side(&mut self, model: &M, state: &M::State, constraint: &Constraint) -> Option<f64> {
-        let slip = self.slip(model, state, constraint);
-        (slip.abs() > CONSISTENT * self.speed(model, state, constraint)).then_some(slip.signum())
+        let slip = self.slip_velocity(model, state, constraint);
+        (slip.abs() > CONSISTENT * self.velocity_size(model, state, constraint)).then_some(slip.signum())
     }
 
-    /// The [size](size_along) of what a constraint of one row involves; the largest of several rows.
-    pub(crate) fn length(&mut self, model: &M, state: &M::State, constraint: &Constraint) -> f64 {
+    /// The [size](size_along) of the coordinates that a constraint involves, the largest of its rows.
+    pub(crate) fn size_of(&mut self, model: &M, state: &M::State, constraint: &Constraint) -> f64 {
         let gradients = Gradients::alone(model, state, &mut self.workspace);
         let rows = constraint.first..constraint.first + constraint.rows;
         rows.map(|row| size_along(model, state.q().as_slice(), gradients.row(row))).fold(0.0, math::max)
     }
 
-    /// The [size](size_along) of the velocities by which a constraint of one row is missed.
-    pub(crate) fn speed(&mut self, model: &M, state: &M::State, constraint: &Constraint) -> f64 {
+    /// The [size](size_along) of the velocities that a constraint of one row involves.
+    pub(crate) fn velocity_size(&mut self, model: &M, state: &M::State, constraint: &Constraint) -> f64 {
         let gradients = Gradients::alone(model, state, &mut self.workspace);
         size_along(model, state.u().as_slice(), gradients.row(constraint.first))
     }
 
-    /// Φ̇ or A q̇ + b of a constraint of one row, as the velocity by which it is missed.
-    pub(crate) fn slip(&mut self, model: &M, state: &M::State, constraint: &Constraint) -> f64 {
+    /// Φ̇/‖Φ_q‖ or (A q̇ + b)/‖A‖ of a constraint of one row.
+    pub(crate) fn slip_velocity(&mut self, model: &M, state: &M::State, constraint: &Constraint) -> f64 {
         let slip = model.velocity_residual(state)[constraint.first];
-        Distances::of(model, state, &mut self.workspace).along(constraint.first, slip).copysign(slip)
+        Distances::of(model, state, &mut self.workspace).distance(constraint.first, slip).copysign(slip)
     }
 
-    /// The row of a holonomic constraint that is missed most, if it is missed by more than this part of its
-    /// [size](size_along).
-    pub(crate) fn apart(
+    /// See [`missed_row`].
+    pub(crate) fn missed_row(
         &mut self,
         model: &M,
         state: &M::State,
         constraint: &Constraint,
         part: f64,
     ) -> Option<(&'static str, f64)> {
-        apart(model, state, (constraint, part), &mut self.workspace)
+        missed_row(model, state, (constraint, part), &mut self.workspace)
     }
 }
 
-/// The row of a holonomic constraint that is missed most, if it is missed by more than this part of its
-/// [size](size_along).
-pub(crate) fn apart<M: Constraints>(
+/// The row of a holonomic constraint that is violated most, and its Φ, if |Φ|/‖Φ_q‖ is above this part
+/// of its [size](size_along).
+pub(crate) fn missed_row<M: Constraints>(
     model: &M,
     state: &M::State,
     (constraint, part): (&Constraint, f64),
@@ -549,15 +538,16 @@ pub(crate) fn apart<M: Constraints>(
     let distances = Distances::of(model, state, workspace);
     let rows = constraint.first..constraint.first + constraint.rows;
     let of_size = |row: usize| {
-        distances.along(row, residual[row])
+        distances.distance(row, residual[row])
             / size_along(model, state.q().as_slice(), distances.gradients.row(row))
     };
-    let (row, off) = rows.map(|row| (row, of_size(row))).max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let near = off <= part;
-    (!near).then(|| (M::ROWS[row].name, residual[row]))
+    let (row, violation) = rows.map(|row| (row, of_size(row))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    // Negated, so that a violation that is not a number is reported.
+    let is_permitted = violation <= part;
+    (!is_permitted).then(|| (M::ROWS[row].name, residual[row]))
 }
 
-/// What turns residuals into distances.
+/// Gradients by which residuals become distances |residual|/‖Φ_q‖.
 struct Distances<'w> {
     gradients: Gradients<'w>,
 }
@@ -567,13 +557,13 @@ impl<'w> Distances<'w> {
         Self { gradients: Gradients::of(model, state, workspace) }
     }
 
-    /// |residual|/‖Φ_q‖ of a row.
-    fn along(&self, row: usize, residual: f64) -> f64 {
+    /// |residual|/‖Φ_q‖ of a row. See [`Gradients::distance`] for gradients that nearly vanish.
+    fn distance(&self, row: usize, residual: f64) -> f64 {
         self.gradients.distance(row, residual)
     }
 }
 
-/// Whether some constraints are declared to repeat others.
-fn repeat<M: Constraints>() -> bool {
+/// Whether the model declares some constraints as redundant.
+fn has_redundant_constraints<M: Constraints>() -> bool {
     M::CONSTRAINTS.iter().any(|constraint| constraint.redundant)
 }

@@ -247,7 +247,7 @@ impl<M: SimulationModel> Motion<'_, M> {
     fn few_digits(&self) -> Vec<FewDigits> {
         let Some(tolerances) = self.kept_tolerances() else { return Vec::new() };
         let mut sizes = CoordinateSizes::of::<M>(&self.trajectory.records[0].state);
-        self.trajectory.records.iter().for_each(|record| sizes.add::<M>(&record.state));
+        self.trajectory.records.iter().for_each(|record| sizes.include::<M>(&record.state));
         sizes.few_digits::<M>(&tolerances)
     }
 

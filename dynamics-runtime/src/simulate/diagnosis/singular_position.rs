@@ -19,7 +19,7 @@ use crate::linalg::max_abs;
 use crate::model::{Constraints, Known, ModelState, Vector};
 use crate::simulate::diagnosis::RunMethod;
 use crate::simulate::failure::{SimulationErrorKind as Kind, SingularPositionCause};
-use crate::simulate::stabilization::singular_start::SINGULAR;
+use crate::simulate::stabilization::singular_start::SINGULAR_CONDITION;
 
 /// Upper bound of the size of coordinates, because angles count revolutions.
 const MAX_COORDINATE_SIZE: f64 = 10.0;
@@ -38,7 +38,7 @@ const LOOK_AHEAD: f64 = 1.5;
 
 /// Condition number from which on too many steps are attributed to a singular position. Where rounding errors
 /// exceed the tolerance, steps approach it without end.
-const SINGULAR_CONDITION: f64 = 1e5;
+const STALL_CONDITION: f64 = 1e5;
 
 /// Steps below this part of the distance to a singular position are not attributed to it: it makes steps of
 /// about its distance.
@@ -58,9 +58,9 @@ pub(crate) fn explain<M: Constraints>(
         return kind;
     }
     let found = weakest_ahead(state, h, &kind, |state| rank_margin(model, state));
-    let worse = found.condition >= SINGULAR
+    let worse = found.condition >= SINGULAR_CONDITION
         || found.condition >= WORSE_THAN_START * gradient_condition(model, start).min(MAX_START_CONDITION);
-    // A single row shows it in the scale of its length at the start.
+    // A single row shows it against the length that it had.
     let (worse, found) = if worse {
         (true, found)
     } else {
@@ -70,7 +70,7 @@ pub(crate) fn explain<M: Constraints>(
     let RankMargin { condition, rows, coordinates } = found;
     // The distance to such a position is 1/κ of the size of the mechanism; compare the step with it.
     if has_many_steps
-        && condition < SINGULAR_CONDITION
+        && condition < STALL_CONDITION
         && relative_distance(state, h) * condition > SHORT_STEP_SHARE
     {
         return kind;
@@ -129,8 +129,8 @@ pub(crate) fn stalls_before_singular_position<M: Constraints>(
     took: f64,
 ) -> bool {
     let distance = relative_distance(state, took);
-    M::IS_HELD && distance * SINGULAR_CONDITION < PASSING_SHARE && {
+    M::IS_HELD && distance * STALL_CONDITION < PASSING_SHARE && {
         let condition = gradient_condition(model, state);
-        condition >= SINGULAR_CONDITION && distance * condition < PASSING_SHARE
+        condition >= STALL_CONDITION && distance * condition < PASSING_SHARE
     }
 }

@@ -1,6 +1,8 @@
-//! A stepper as a run drives it: one table of functions for every method, so that what a run does beside its
-//! steps is compiled once per model, and not once more for every method that the program names. A step takes
-//! hundreds of nanoseconds, a call by such a table about one.
+//! A stepper without the type of its method, as a run drives it.
+//!
+//! The loop of a run, its events and its monitors are compiled once per model, not once more for every
+//! method. A step takes hundreds of nanoseconds, a call through a trait object about one. All functions are
+//! those of [`Stepper`]; `integrate/stepper.rs` accepts and rejects steps.
 
 use alloc::boxed::Box;
 
@@ -9,19 +11,22 @@ use crate::model::SimulationModel;
 use crate::simulate::erased_method::Interpolant;
 use crate::simulate::right_hand_side::{EvaluationError, RightHandSide};
 
-/// Where a stepper stands, and what it has counted and found.
+/// The current time of a stepper, its counts and its findings.
 pub(crate) struct StepStatistics {
     pub(crate) t: f64,
     pub(crate) accepted: u64,
     pub(crate) rejected: u64,
     /// Size proposed for the next step, positive.
     pub(crate) proposed: f64,
+    /// First time at which the steps were at the border of stability.
     pub(crate) stiff_at: Option<f64>,
+    /// First time at which the motion was found to slide along a switching surface.
     pub(crate) slides_at: Option<f64>,
+    /// How often it was found to slide.
     pub(crate) slides: u64,
 }
 
-/// What one of these may end with.
+/// Result of a function of [`ErasedStepper`].
 pub(crate) type StepResult<T> = Result<T, StepError<EvaluationError>>;
 
 /// See [`Stepper`], whose functions these are.
@@ -46,7 +51,7 @@ pub(crate) trait ErasedStepper<M: SimulationModel> {
         y: Phase<M::Vector>,
         limit: f64,
     ) -> StepResult<()>;
-    /// The interpolant of a step. `judged`: as good as its ends, if need be in parts.
+    /// The interpolant of a step. `judged`: as accurate as the ends of the step, in parts if necessary.
     fn dense(
         &mut self,
         rhs: &mut RightHandSide<'_, '_, M>,
@@ -57,9 +62,9 @@ pub(crate) trait ErasedStepper<M: SimulationModel> {
     fn reject(&mut self, step: &Step<M::Vector>);
     fn go_back(&mut self, to: &StepNode<M::Vector>);
     fn end_at_branch(&mut self, made: Option<&Step<M::Vector>>);
-    /// Another one that stands where this one does, if its steps may be so stiff that interpolants know less
-    /// than their ends.
-    fn twin(&self) -> Option<Box<dyn ErasedStepper<M> + '_>>;
+    /// A copy of the stepper for trial steps, where its method is for stiff motions, so that interpolants are
+    /// less accurate than ends of steps.
+    fn clone_for_trials(&self) -> Option<Box<dyn ErasedStepper<M> + '_>>;
 }
 
 impl<M: SimulationModel, S: Scheme<M::Vector>> ErasedStepper<M> for Stepper<M::Vector, S> {
@@ -121,19 +126,19 @@ impl<M: SimulationModel, S: Scheme<M::Vector>> ErasedStepper<M> for Stepper<M::V
         judged: bool,
     ) -> Result<Interpolant<M::Vector>, EvaluationError> {
         let dense = self.dense(rhs, step)?;
-        // Gains that are tied to the step would be others in its parts.
-        if const { S::DEFECT_SAMPLES.is_empty() } || !judged || self.is_fixed() || rhs.stabilization.is_tied()
+        // Tied gains would differ in the parts of the step.
+        if const { S::DEFECT_SAMPLES.is_empty() }
+            || !judged
+            || self.is_fixed()
+            || rhs.stabilization.has_tied_gains()
         {
             return Ok(Box::new(dense));
         }
-        // Nothing of what is looked at beside the step is left.
-        let (branches, noted, listener) =
-            ((rhs.branches, rhs.known), rhs.stabilization.noted(), rhs.listener.take());
+        // Trial steps in parts leave no trace in the right-hand side.
+        let saved = rhs.save_for_trials();
         let (mut scheme, tolerances) = (self.scheme().clone(), self.tolerances());
         let parts = Self::dense_in_parts(&mut scheme, rhs, step, &dense, &tolerances);
-        (rhs.branches, rhs.known) = branches;
-        rhs.stabilization.put_back(noted);
-        rhs.listener = listener;
+        rhs.restore_after_trials(saved);
         Ok(match parts {
             Some(parts) => Box::new(parts),
             None => Box::new(dense),
@@ -156,7 +161,7 @@ impl<M: SimulationModel, S: Scheme<M::Vector>> ErasedStepper<M> for Stepper<M::V
         self.end_at_branch(made);
     }
 
-    fn twin(&self) -> Option<Box<dyn ErasedStepper<M> + '_>> {
+    fn clone_for_trials(&self) -> Option<Box<dyn ErasedStepper<M> + '_>> {
         if const { S::STABILITY_BORDER.is_infinite() } { Some(Box::new(self.clone())) } else { None }
     }
 }

@@ -1,32 +1,44 @@
-//! Edges of contacts: where a body meets the ground in a corner of it, its gap has the gradient of either
-//! face, and which of them it is may be undecided. And corners of constraints without a rule in which a
-//! motion rests: from both sides accelerations lead back, and no step goes on.
+//! Contact corners: states at which a kink of a constraint's function is zero, so that its gradient is not
+//! unique.
+//!
+//! * A contact that is hit in an edge of the ground has the gradient of either face. Which of them acts is
+//!   undecided ([`is_hit_in_edge`]); the impact is refused.
+//! * A motion that rests in a corner of a constraint without a rule cannot continue: accelerations on both
+//!   sides lead back to the corner, or both lead away from it ([`rests_in`]).
+//! * A gap that jumps from one branch to another ([`gap_jumps`]).
+//!
+//! Constraints with a rule that pass a corner during a motion are treated in
+//! `run/constraint_discontinuity.rs`.
 
 use crate::constrain::solve_once;
 use crate::linalg::{max_abs, norm};
 use crate::model::{Branches, Constraint, Kink, MOST_KINKS, ModelState, SimulationModel, Vector};
 use crate::simulate::stabilization::Stabilization;
 
-/// Nearer to an edge than this part of 1 + |q| nothing says on which side of it a state is.
+/// Values of a kink up to this part of 1 + |q| are zero: the state is on neither side. It is above rounding,
+/// and below what a step ends away from an edge by chance.
 const EDGE_RESOLUTION: f64 = 1e-12;
-/// Part of their length by which the gradients of two faces differ.
-const BENT: f64 = 1e-6;
-/// Displacement in parts of 1 + |q| by which it is seen to where accelerations lead.
-const CORNER_PROBE: f64 = 1e-6;
+/// Smallest difference of the gradients of two faces, in parts of their length, that is a bend and not
+/// rounding.
+const MIN_GRADIENT_CHANGE: f64 = 1e-6;
+/// Displacement along the accelerations, in parts of 1 + |q|, by which the side to which they lead is found.
+/// It is a million times [`EDGE_RESOLUTION`].
+const PROBE_DISPLACEMENT: f64 = 1e-6;
 
-/// Whether a contact of one row is hit in an edge of its ground, at which the motion stands now and a little
-/// later.
-pub(crate) fn is_hit<M: SimulationModel>(
+/// Whether a contact of one row is hit in an edge of its ground: whether a kink that bends its gradient is
+/// zero at the state now and at a state a little later.
+pub(crate) fn is_hit_in_edge<M: SimulationModel>(
     model: &M,
     stabilization: &mut Stabilization<M>,
     [now, later]: [&M::State; 2],
     constraint: &Constraint,
 ) -> bool {
-    undecided(model, now, later).any(|kink| is_bent(model, stabilization, now, (kink, constraint.first)))
+    undecided_kinks(model, now, later)
+        .any(|kink| has_two_gradients(model, stabilization, now, (kink, constraint.first)))
 }
 
-/// The row among these in a corner of which a motion rests, and whether accelerations lead away from it on
-/// both of its sides, or back to it from both. `None` where they say to which side it goes.
+/// The row in whose corner a motion rests, and whether the accelerations lead away from the corner on both
+/// sides (true) or back to it from both (false). `None` where they lead to one side.
 pub(crate) fn rests_in<M: SimulationModel>(
     model: &M,
     (constants, stabilization): (&M::Constants, &mut Stabilization<M>),
@@ -34,34 +46,33 @@ pub(crate) fn rests_in<M: SimulationModel>(
     rows: impl Iterator<Item = usize> + Clone,
 ) -> Option<(usize, bool)> {
     let leads_away = |kink: usize| {
-        // What the argument of the kink becomes, on either side, by a displacement along the accelerations
-        // there.
-        let becomes = |below: bool| {
+        // The value of the kink behind a displacement along the accelerations on one side.
+        let value_after = |below: bool| {
             let a = solve_once(model, constants, &on_side(now, kink, below)).ok()?.accelerations;
             let largest = max_abs(a.as_slice());
             if largest == 0.0 {
                 return None;
             }
             let mut there = *now;
-            let by = CORNER_PROBE * (1.0 + max_abs(now.q().as_slice())) / largest;
+            let by = PROBE_DISPLACEMENT * (1.0 + max_abs(now.q().as_slice())) / largest;
             (0..M::Vector::LEN).for_each(|j| there.q_mut()[j] += by * a[j]);
             Some(kinks_of(model, &there)[kink].value)
         };
-        let near = near(now);
-        match (becomes(false)?, becomes(true)?) {
+        let near = kink_resolution(now);
+        match (value_after(false)?, value_after(true)?) {
             (above, below) if above < -near && below > near => Some(false),
             (above, below) if above > near && below < -near => Some(true),
             _ => None,
         }
     };
-    undecided(model, now, later).find_map(|kink| {
-        let row = rows.clone().find(|row| is_bent(model, stabilization, now, (kink, *row)))?;
+    undecided_kinks(model, now, later).find_map(|kink| {
+        let row = rows.clone().find(|row| has_two_gradients(model, stabilization, now, (kink, *row)))?;
         Some((row, leads_away(kink)?))
     })
 }
 
-/// Up to here the argument of a kink is zero.
-fn near<S: ModelState>(state: &S) -> f64 {
+/// Largest value of a kink that is zero, see [`EDGE_RESOLUTION`].
+fn kink_resolution<S: ModelState>(state: &S) -> f64 {
     EDGE_RESOLUTION * (1.0 + max_abs(state.q().as_slice()))
 }
 
@@ -71,18 +82,18 @@ fn kinks_of<M: SimulationModel>(model: &M, state: &M::State) -> [Kink; MOST_KINK
     kinks
 }
 
-/// The kinks on no side of which a motion is, now and a little later.
-fn undecided<M: SimulationModel>(
+/// The kinks that are zero both now and a little later.
+fn undecided_kinks<M: SimulationModel>(
     model: &M,
     now: &M::State,
     later: &M::State,
 ) -> impl Iterator<Item = usize> + use<M> {
-    let (near, kinks) = (near(now), [now, later].map(|state| kinks_of(model, state)));
+    let (near, kinks) = (kink_resolution(now), [now, later].map(|state| kinks_of(model, state)));
     (0..M::KINKS)
         .filter(move |i| kinks.iter().all(|kinks| kinks[*i].decides && kinks[*i].value.abs() <= near))
 }
 
-/// The state on one side of a kink.
+/// The state, evaluated on one side of a kink.
 fn on_side<S: ModelState>(state: &S, kink: usize, below: bool) -> S {
     let (mut branches, mut state) = (Branches::FREE, *state);
     branches.hold(kink, below);
@@ -90,8 +101,8 @@ fn on_side<S: ModelState>(state: &S, kink: usize, below: bool) -> S {
     state
 }
 
-/// Whether a row has another gradient on either side of a kink.
-fn is_bent<M: SimulationModel>(
+/// Whether a row has different gradients on the two sides of a kink.
+fn has_two_gradients<M: SimulationModel>(
     model: &M,
     stabilization: &mut Stabilization<M>,
     now: &M::State,
@@ -106,18 +117,18 @@ fn is_bent<M: SimulationModel>(
     let (one, mut other) = (face(false), face(true));
     let length = norm(one.as_slice()).max(norm(other.as_slice()));
     (0..M::Vector::LEN).for_each(|j| other[j] -= one[j]);
-    norm(other.as_slice()) > BENT * length
+    norm(other.as_slice()) > MIN_GRADIENT_CHANGE * length
 }
 
-/// Part of the gap beside it by which the gap on another branch differs, where it jumps.
-const JUMPS: f64 = 0.5;
+/// Smallest difference of the gaps on two branches, in parts of the gap, that explains the gap as a jump.
+const MIN_GAP_JUMP: f64 = 0.5;
 
-/// Whether a gap may have jumped to where it is: one of the branches of the model makes another gap.
-pub(crate) fn jumps<M: SimulationModel>(model: &M, state: &M::State, row: usize, gap: f64) -> bool {
+/// Whether a gap may be the result of a jump: whether it differs between the branches of some kink.
+pub(crate) fn gap_jumps<M: SimulationModel>(model: &M, state: &M::State, row: usize, gap: f64) -> bool {
     (0..M::KINKS).any(|i| {
         let on = |below: bool| model.residual(&on_side(state, i, below))[row];
-        // What is not a number on a branch tells nothing.
-        let same = (on(true) - on(false)).abs() <= JUMPS * gap.abs();
+        // Negated, so that a gap that is not a number on a branch counts as a jump.
+        let same = (on(true) - on(false)).abs() <= MIN_GAP_JUMP * gap.abs();
         !same
     })
 }

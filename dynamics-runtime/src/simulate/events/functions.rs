@@ -1,4 +1,7 @@
-//! The functions that a run watches, and their values.
+//! The event functions of a run, and their values.
+//!
+//! A function has one index in the order: events of the model, events given at the simulation, unilateral
+//! constraints. `location.rs` finds their crossings.
 
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -11,8 +14,8 @@ use crate::constrain::{self, ConstrainedAccelerationsOf, Gradients};
 use crate::error::SolveError;
 use crate::model::{Known, ModelState, SimulationModel, Vector};
 use crate::simulate::events::unilateral::{UnilateralConstraint, UnilateralConstraints};
-use crate::simulate::failure::SimulationErrorKind as Fault;
-use crate::simulate::stabilization::apart;
+use crate::simulate::failure::SimulationErrorKind as Kind;
+use crate::simulate::stabilization::missed_row;
 
 /// An event function given at the simulation.
 pub(crate) struct AddedEvent<'m, S> {
@@ -20,15 +23,13 @@ pub(crate) struct AddedEvent<'m, S> {
     pub(crate) function: Box<dyn Fn(&S) -> f64 + 'm>,
 }
 
-/// The functions that are watched: those of the model, those given at the simulation, those of the
-/// unilateral constraints.
+/// All event functions of a run.
 pub(crate) struct EventFunctions<'m, M: SimulationModel> {
     pub(crate) model: &'m M,
     constants: M::Constants,
     added_events: Vec<AddedEvent<'m, M::State>>,
     pub(crate) unilaterals: UnilateralConstraints,
-    /// For reactions of unilateral constraints, and gradients of constraints where one is asked for; none
-    /// where nothing is watched.
+    /// Workspace for reactions and gradients of constraints. Empty where there are no functions.
     workspace: RefCell<Vec<f64>>,
 }
 
@@ -49,10 +50,10 @@ impl<'m, M: SimulationModel> EventFunctions<'m, M> {
     }
 
     pub(crate) fn count(&self) -> usize {
-        self.first_guard() + self.unilaterals.len()
+        self.first_unilateral() + self.unilaterals.len()
     }
 
-    pub(crate) fn first_guard(&self) -> usize {
+    pub(crate) fn first_unilateral(&self) -> usize {
         M::EVENTS.len() + self.added_events.len()
     }
 
@@ -62,21 +63,21 @@ impl<'m, M: SimulationModel> EventFunctions<'m, M> {
         }
         match self.added_events.get(index - M::EVENTS.len()) {
             Some(event) => &event.name,
-            None => &self.unilaterals[index - self.first_guard()].name,
+            None => &self.unilaterals[index - self.first_unilateral()].name,
         }
     }
 
     /// Values of all functions at a state.
-    pub(crate) fn evaluate(&self, state: &M::State, values: &mut [f64]) -> Result<(), Fault> {
+    pub(crate) fn evaluate(&self, state: &M::State, values: &mut [f64]) -> Result<(), Kind> {
         let (own, given) = values.split_at_mut(M::EVENTS.len());
         self.model.events(state, own)?;
         for (value, event) in given.iter_mut().zip(&self.added_events) {
             *value = (event.function)(state);
         }
-        let (events, guarded) = values.split_at_mut(self.first_guard());
+        let (events, unilateral_values) = values.split_at_mut(self.first_unilateral());
         let mut known = None;
-        for (value, unilateral) in guarded.iter_mut().zip(&self.unilaterals) {
-            *value = self.guarded(unilateral, state, |event| Ok(events[event]), &mut known)?;
+        for (value, unilateral) in unilateral_values.iter_mut().zip(&self.unilaterals) {
+            *value = self.unilateral_value(unilateral, state, |event| Ok(events[event]), &mut known)?;
         }
         match values.iter().position(|value| value.is_nan()) {
             Some(index) => Err(self.not_a_number(index)),
@@ -84,22 +85,24 @@ impl<'m, M: SimulationModel> EventFunctions<'m, M> {
         }
     }
 
-    /// Value of one function at a state; `scratch` has room for all.
-    pub(crate) fn value(&self, index: usize, state: &M::State, scratch: &mut [f64]) -> Result<f64, Fault> {
+    /// Value of one function at a state; `scratch` has the length of all functions.
+    pub(crate) fn value(&self, index: usize, state: &M::State, scratch: &mut [f64]) -> Result<f64, Kind> {
         let mut event = |index: usize| match self.added_events.get(index.wrapping_sub(M::EVENTS.len())) {
             Some(event) => Ok((event.function)(state)),
             None => self.model.events(state, &mut scratch[..M::EVENTS.len()]).map(|()| scratch[index]),
         };
-        let value = match index.checked_sub(self.first_guard()) {
+        let value = match index.checked_sub(self.first_unilateral()) {
             None => event(index)?,
-            Some(unilateral) => self.guarded(&self.unilaterals[unilateral], state, event, &mut None)?,
+            Some(unilateral) => {
+                self.unilateral_value(&self.unilaterals[unilateral], state, event, &mut None)?
+            }
         };
         if value.is_nan() { Err(self.not_a_number(index)) } else { Ok(value) }
     }
 
-    /// Value of the function of a unilateral constraint; `event` gives those of events, `known` keeps the
-    /// reactions for other unilateral constraints.
-    fn guarded(
+    /// Value of the function of a unilateral constraint. `event` evaluates events; `known` keeps the
+    /// reactions for the other unilateral constraints.
+    fn unilateral_value(
         &self,
         unilateral: &UnilateralConstraint,
         state: &M::State,
@@ -107,7 +110,7 @@ impl<'m, M: SimulationModel> EventFunctions<'m, M> {
         known: &mut Option<ConstrainedAccelerationsOf<M>>,
     ) -> Result<f64, SolveError> {
         if M::IS_UNSWITCHED {
-            // It has no unilateral constraints.
+            // A model without switched constraints has no unilateral ones.
             return Ok(f64::NAN);
         }
         let value = unilateral.value(self.model, state, event, || match known {
@@ -126,98 +129,102 @@ impl<'m, M: SimulationModel> EventFunctions<'m, M> {
         Ok(value)
     }
 
-    fn not_a_number(&self, index: usize) -> Fault {
-        Fault::EventNotANumber { event: self.name(index).into() }
+    fn not_a_number(&self, index: usize) -> Kind {
+        Kind::EventNotANumber { event: self.name(index).into() }
     }
 
     pub(crate) fn holds(&self, index: usize, state: &M::State) -> bool {
-        self.unilaterals[index - self.first_guard()].holds(state)
+        self.unilaterals[index - self.first_unilateral()].holds(state)
     }
 
-    /// What sticks is about to break away at the start of a step: its reaction, which may be zero there, is
-    /// that of a state a little later.
-    pub(crate) fn look_ahead(&mut self, index: usize, state: &M::State) -> Result<(), Fault> {
+    /// Sticking is about to break away at the start of a step, where its reaction may be zero. Notes the
+    /// reaction a little later, whose sign decides the direction of the slip.
+    pub(crate) fn note_reaction_ahead(&mut self, index: usize, state: &M::State) -> Result<(), Kind> {
         if M::IS_UNSWITCHED {
             return Ok(());
         }
-        let unilateral = index - self.first_guard();
+        let unilateral = index - self.first_unilateral();
         if self.holds(index, state) && !self.unilaterals[unilateral].is_contact() {
             let reaction = self.reactions(state)?.multipliers[self.unilaterals[unilateral].constraint.first];
-            self.unilaterals[unilateral].look_ahead(reaction);
+            self.unilaterals[unilateral].note_reaction_ahead(reaction);
         }
         Ok(())
     }
 
-    /// What [`UnilateralConstraint::graze`] notes.
-    pub(crate) fn graze(&mut self, index: usize, since: f64, until: f64) {
-        let unilateral = index - self.first_guard();
-        self.unilaterals[unilateral].graze(since, until);
+    /// See [`UnilateralConstraint::note_grazing`].
+    pub(crate) fn note_grazing(&mut self, index: usize, since: f64, until: f64) {
+        let unilateral = index - self.first_unilateral();
+        self.unilaterals[unilateral].note_grazing(since, until);
     }
 
-    /// Up to when the contact whose function this is may pull, because its reaction has grazed zero.
+    /// The time up to which a closed contact may pull, because its reaction grazes zero.
     pub(crate) fn grazes_until(&self, index: usize, state: &M::State) -> Option<f64> {
-        let unilateral = &self.unilaterals[index.checked_sub(self.first_guard())?];
+        let unilateral = &self.unilaterals[index.checked_sub(self.first_unilateral())?];
         unilateral.grazes_until().filter(|_| unilateral.holds(state))
     }
 
-    /// Whether a function is that of a contact that holds.
+    /// Whether a function is that of a closed contact.
     pub(crate) fn is_closed(&self, index: usize, state: &M::State) -> bool {
         let unilateral =
-            index.checked_sub(self.first_guard()).map(|unilateral| &self.unilaterals[unilateral]);
+            index.checked_sub(self.first_unilateral()).map(|unilateral| &self.unilaterals[unilateral]);
         unilateral.is_some_and(|unilateral| unilateral.is_contact() && unilateral.holds(state))
     }
 
-    /// Whether a function is one of positions alone, the gap of an open contact.
-    pub(crate) fn is_position(&self, index: usize, state: &M::State) -> bool {
+    /// Whether a function is the gap of an open contact, which depends on positions alone.
+    pub(crate) fn is_open_gap(&self, index: usize, state: &M::State) -> bool {
         let unilateral =
-            index.checked_sub(self.first_guard()).map(|unilateral| &self.unilaterals[unilateral]);
+            index.checked_sub(self.first_unilateral()).map(|unilateral| &self.unilaterals[unilateral]);
         unilateral.is_some_and(|unilateral| unilateral.is_contact() && !unilateral.holds(state))
     }
 
-    /// A contact that is open has to be so where it is free, but for rounding.
-    pub(crate) fn check_open(&self, index: usize, state: &M::State) -> Result<(), Fault> {
+    /// Refuses an open contact whose gap is negative by more than a start may violate a constraint.
+    pub(crate) fn check_open(&self, index: usize, state: &M::State) -> Result<(), Kind> {
         if M::IS_UNSWITCHED {
             return Ok(());
         }
-        let unilateral = &self.unilaterals[index - self.first_guard()];
+        let unilateral = &self.unilaterals[index - self.first_unilateral()];
         if !unilateral.is_contact() {
             return Ok(());
         }
-        match apart(self.model, state, (unilateral.constraint, CONSISTENT), &mut self.workspace.borrow_mut())
-        {
-            Some((row, residual)) => Err(Fault::Penetration { row, residual }),
+        match missed_row(
+            self.model,
+            state,
+            (unilateral.constraint, CONSISTENT),
+            &mut self.workspace.borrow_mut(),
+        ) {
+            Some((row, residual)) => Err(Kind::Penetration { row, residual }),
             None => Ok(()),
         }
     }
 
-    /// Whether the constraint of a contact is missed by more than rounding.
-    pub(crate) fn is_apart(&self, index: usize, state: &M::State) -> bool {
+    /// Whether the gap of a contact is larger than a start may violate a constraint.
+    pub(crate) fn is_open(&self, index: usize, state: &M::State) -> bool {
         if M::IS_UNSWITCHED {
             return false;
         }
-        let unilateral = &self.unilaterals[index - self.first_guard()];
-        apart(self.model, state, (unilateral.constraint, CONSISTENT), &mut self.workspace.borrow_mut())
+        let unilateral = &self.unilaterals[index - self.first_unilateral()];
+        missed_row(self.model, state, (unilateral.constraint, CONSISTENT), &mut self.workspace.borrow_mut())
             .is_some()
     }
 
-    /// The size against which the gap of a contact is judged.
-    pub(crate) fn size(&self, index: usize, state: &M::State) -> f64 {
+    /// The size to which the gap of a contact is relative.
+    pub(crate) fn gap_size(&self, index: usize, state: &M::State) -> f64 {
         if M::IS_UNSWITCHED {
             return 0.0;
         }
         let (unilateral, mut workspace) =
-            (&self.unilaterals[index - self.first_guard()], self.workspace.borrow_mut());
+            (&self.unilaterals[index - self.first_unilateral()], self.workspace.borrow_mut());
         let gradients = Gradients::alone(self.model, state, &mut workspace);
         size_along(self.model, state.q().as_slice(), gradients.row(unilateral.constraint.first))
     }
 
-    /// The speed with which a contact is hit: 0 of what is none.
-    pub(crate) fn approach(&self, index: usize, state: &M::State) -> f64 {
+    /// The speed |Φ̇| of a contact; 0 for other functions.
+    pub(crate) fn impact_speed(&self, index: usize, state: &M::State) -> f64 {
         if M::IS_UNSWITCHED {
             return 0.0;
         }
         let unilateral = index
-            .checked_sub(self.first_guard())
+            .checked_sub(self.first_unilateral())
             .map(|unilateral| &self.unilaterals[unilateral])
             .filter(|unilateral| unilateral.is_contact());
         unilateral

@@ -1,46 +1,39 @@
-//! Whether a contact lifts off, and how a function leaves zero.
+//! Lift-off: whether a contact that was released really opens.
+//!
+//! A contact lifts off gently: its gap grows with t³, so that Φ̇ is at the level of rounding or of drift
+//! and does not decide. The gap itself is followed instead, until it is larger than the drift from the time
+//! when the contact was closed. `location.rs` asks where its function leaves zero without being seen to rise.
 
-use crate::simulate::events::restart::{Departure, leave};
 use crate::simulate::failure::SimulationErrorKind;
 
-/// What becomes of a contact that has just opened.
-pub(crate) enum Lift {
-    /// It is seen to be open at θ, by this gap.
+/// How a contact that was released moves.
+pub(crate) enum LiftOff {
+    /// It is open at θ, by this gap.
     Opens((f64, f64)),
-    /// It closes further than by what has drifted before, at θ.
+    /// At θ it has closed further than by the drift.
     Falls(f64),
     /// Neither within the step.
     Stays,
 }
 
-/// Where a contact that has just opened is seen to be open, if its gap falls no further than by what has
-/// drifted before: lift-off is gentle, Φ grows with t³, and Φ̇ at rounding or drift level decides nothing.
-pub(crate) fn lifts(
+/// Whether a released contact opens, for a gap that has drifted by `drift` before.
+pub(crate) fn classify_lift_off(
     drift: f64,
     gap: &mut dyn FnMut(f64) -> Result<f64, SimulationErrorKind>,
-) -> Result<Lift, SimulationErrorKind> {
-    let mut theta = SIMULTANEOUS;
+) -> Result<LiftOff, SimulationErrorKind> {
+    let mut theta = SIMULTANEOUS_THETA;
     while theta <= 1.0 {
         let value = gap(theta)?;
         if value > drift {
-            return Ok(Lift::Opens((theta, value)));
+            return Ok(LiftOff::Opens((theta, value)));
         }
         if value < -drift {
-            return Ok(Lift::Falls(theta));
+            return Ok(LiftOff::Falls(theta));
         }
         theta *= 2.0;
     }
-    Ok(Lift::Stays)
+    Ok(LiftOff::Stays)
 }
 
-/// [`leave`], compiled once and not with every model.
-pub(crate) fn left(
-    start: f64,
-    noise: f64,
-    gap: &mut dyn FnMut(f64) -> Result<f64, SimulationErrorKind>,
-) -> Result<Departure, SimulationErrorKind> {
-    leave(start, noise, gap)
-}
-
-/// Events closer than this in a step happen at the same instant.
-pub(crate) const SIMULTANEOUS: f64 = 1e-12;
+/// Crossings closer than this part of a step happen at the same instant: the interpolant does not order them.
+pub(crate) const SIMULTANEOUS_THETA: f64 = 1e-12;

@@ -1,27 +1,27 @@
-//! Watches the event functions through every step.
+//! Event location: the crossings of all event functions within a step, and their signs from step to step.
 //!
-//! Rules that the code below follows:
+//! [`EventLocator::scan`] samples the functions on the step's interpolant and follows each from sample to
+//! sample (`integrate/events/`). `run/event_steps.rs` then ends the step at the first crossing that calls for
+//! an action.
 //!
-//! * A function that is exactly zero at the start has not crossed. Only a reset that is called for rising or
-//!   for falling alone is applied there, when the motion leaves zero in that direction (a ball that starts on
-//!   the floor moving down bounces).
-//! * After a reset that changed q or u, the function that fired starts again from where it leaves zero:
-//!   turned away, coming back is a new crossing, however soon; going on with a slope, it has passed (a kick);
-//!   at rest and going on from there (a ball laid down on the floor), the event would happen again at once:
-//!   an error, because a motion that is held needs a constraint.
-//! * Events that follow each other in ever shorter time are an error that names the time they approach.
-//! * Contacts whose reactions of least norm push bear what they have to, unique or not. One of them that
-//!   pulls may do so for another choice of reactions only: then which one lifts off is not decided, and that
-//!   is an error.
-//! * A contact that lifts off and would be back before it is seen to open has grazed zero with its reaction,
-//!   and goes on holding for as long as that takes: neither a gap nor a pull of that size is resolved.
-//! * What crosses zero because a constraint that holds keeps it there, but for rounding, has not crossed: see
-//!   `masked.rs`.
-//! * A unilateral constraint (see `unilateral.rs`) acts where its function falls through zero. Where its
-//!   constraint was switched, the function is another one, and starts afresh; a unilateral constraint that
-//!   leaves zero to the wrong side acts again at once, and doing so twice at one instant is an error.
+//! * A function that is exactly zero at the start of the motion has not crossed. Only a reset for one
+//!   direction is applied there, if the motion leaves zero in that direction (a ball that starts on the floor
+//!   moving down bounces).
+//! * After a reset that changed q or q̇, the function that fired restarts where it leaves zero
+//!   (`restart.rs`). Turned away, its return is a new crossing, however soon. Continuing with a slope, it has
+//!   passed (a kick). At rest and continuing from there (a ball laid on the floor), the event would repeat at
+//!   once. That is an error, because a motion that is held needs a constraint.
+//! * Events in ever shorter intervals are an error that names the time which they approach (`zeno.rs`).
+//! * Contacts whose reactions of least norm push are closed, whether the reactions are unique or not. If one
+//!   of them pulls, another choice of the reactions might not. Then it is undecided which contact lifts off,
+//!   which is an error.
+//! * A contact that lifts off and would close again before it is seen to open has a reaction that grazes
+//!   zero. It stays closed for that time: neither the gap nor the pull is resolved.
+//! * A function that a constraint holds at zero, up to rounding, has no crossings (`masked.rs`).
+//! * A unilateral constraint (`unilateral.rs`) switches where its function falls through zero. Its function
+//!   is then another one, and restarts. If that leaves zero downwards the constraint switches again at once;
+//!   twice at one instant is an error.
 
-use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -29,99 +29,61 @@ use alloc::vec::Vec;
 use crate::model::{Known, ModelState, SimulationModel, Vector};
 use crate::simulate::events::action::EventAction;
 use crate::simulate::events::functions::{AddedEvent, EventFunctions};
-use crate::simulate::events::restart::Departure;
+use crate::simulate::events::restart::{Departure, SignState, departure_from_zero};
+use crate::simulate::events::rules::{Action, Flow, Rule, calls_for_action};
 use crate::simulate::events::unilateral::{UnilateralConstraint, UnilateralConstraints};
-use crate::simulate::failure::SimulationErrorKind;
+use crate::simulate::failure::SimulationErrorKind as Kind;
 
 use crate::constrain::assemble::CONSISTENT;
 use crate::integrate::{Crossing, Direction, Scan, ScanError, Step, StepNode, sample_position};
 use crate::linalg::max_abs;
-use crate::simulate::events::lift_off::SIMULTANEOUS;
-use crate::simulate::events::lift_off::{Lift, left, lifts};
+use crate::simulate::events::lift_off::SIMULTANEOUS_THETA;
+use crate::simulate::events::lift_off::{LiftOff, classify_lift_off};
 use crate::simulate::events::zeno::Zeno;
 
-/// Whether a simulation goes on after an event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Flow {
-    /// It goes on.
-    Continue,
-    /// It ends here.
-    Stop,
-}
+/// Rounding error of an event function, relative to four times its largest value in the step plus 1 + |q|
+/// plus [`rounding_near_start`]: some units in the last place. Changes of sign at this level are no
+/// crossings.
+const EVENT_ROUNDING: f64 = 4.0 * f64::EPSILON;
+/// Largest value in a step, in the function's unit, of a unilateral constraint that other constraints hold at
+/// zero. Above it a function that does not leave zero regularly moves, and falls where it is seen below zero.
+const AT_REST_VALUE: f64 = 1e-11;
 
-impl From<()> for Flow {
-    fn from((): ()) -> Self {
-        Self::Continue
-    }
-}
+/// Values up to this part of the largest one in the step are zero at a state that an action left: the
+/// crossing was located by iteration, not to the last place.
+const AT_ZERO: f64 = 1e-13;
 
-/// What is to happen at an event.
-pub(crate) enum Action<'m, M: SimulationModel> {
-    Stop,
-    Reset(Box<Reset<'m, M>>),
-    /// The unilateral constraint with this index does what is due.
-    UnilateralConstraint(usize),
-}
+/// Drift of a contact while it was closed, in parts of its size. A contact that has just opened may close by
+/// this and still lifts off. With a smaller bound formulations that let constraints drift would end there.
+const LIFT_OFF_DRIFT: f64 = 1e-9;
 
-/// An action given by the user.
-pub(crate) type Reset<'m, M> = dyn FnMut(&mut EventAction<'_, M>) -> Flow + 'm;
+/// Parts of a step at which a function has to be held at zero to be masked: its ends and two parts between,
+/// at unequal distances, so that a function that is zero at one of them by chance is not masked.
+const MASK_PROBES: [f64; 4] = [0.0, 0.3, 0.6, 1.0];
 
-/// An action with the crossings it is meant for.
-pub(crate) struct Rule<'m, M: SimulationModel> {
-    pub(crate) index: usize,
-    pub(crate) direction: Direction,
-    pub(crate) action: Action<'m, M>,
-}
-
-/// Rounding errors of a function, in parts of four times its largest value in a step plus 1 + |q| and of what
-/// [`early_noise`] adds.
-const NOISE: f64 = 4.0 * f64::EPSILON;
-/// A unilateral constraint whose function stays below this is at zero throughout a step, held there by
-/// others.
-const RESTLESS: f64 = 1e-11;
-
-/// What an open contact may close further, in parts of the size of what it involves, where it has just opened
-/// and opens for good: what has drifted while it was closed.
-const LIFT: f64 = 1e-9;
-
-/// What is known of a function where a step starts.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Standing {
-    /// Its sign, 1 or −1.
-    Sign(f64),
-    /// It is zero at the start of the motion.
-    ZeroAtStart,
-    /// It is zero after a reset at a crossing in this direction.
-    JustFired(Direction),
-    /// It is zero for another reason.
-    Zero,
-}
-
-/// The event functions of a run with their actions.
+/// Locates the events of a run, and applies their rules.
 pub(crate) struct EventLocator<'m, M: SimulationModel> {
     functions: EventFunctions<'m, M>,
     pub(crate) rules: Vec<Rule<'m, M>>,
-    standing: Vec<Standing>,
+    signs_at_start: Vec<SignState>,
     zeno: Vec<Zeno>,
     values: Vec<f64>,
-    /// Values of all functions at the samples of the step, one sample after the other.
+    /// Values of all functions at the samples of the step, sample by sample.
     samples: Vec<f64>,
-    /// Where in the step the samples are.
-    places: Vec<f64>,
-    /// Samples (θ, g) of one function.
+    /// Parts of the step at which the samples are.
+    thetas: Vec<f64>,
+    /// Samples (θ, g) of the function that is followed.
     column: Vec<(f64, f64)>,
     start_values: Vec<f64>,
     /// Largest |g| at the samples of the step, per function.
     sizes: Vec<f64>,
     /// Signs at the end of the step.
-    signs: Vec<f64>,
+    signs_at_end: Vec<f64>,
     /// Crossings of the step, in order.
     pub(crate) found: Vec<Crossing>,
-    /// Functions that constraints were found to hold at zero.
-    kept: Vec<bool>,
+    /// Functions that constraints hold at zero, as was found so far.
+    masked: Vec<bool>,
 }
-
-type Fault = SimulationErrorKind;
 
 impl<'m, M: SimulationModel> EventLocator<'m, M> {
     pub(crate) fn new(
@@ -136,22 +98,22 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
         Self {
             functions,
             rules,
-            standing: vec![Standing::Zero; count],
+            signs_at_start: vec![SignState::Zero; count],
             zeno: vec![Zeno::default(); count],
             values: vec![0.0; count],
             samples: Vec::new(),
-            places: Vec::new(),
+            thetas: Vec::new(),
             column: Vec::new(),
             start_values: vec![0.0; count],
             sizes: vec![0.0; count],
-            signs: vec![0.0; count],
+            signs_at_end: vec![0.0; count],
             found: Vec::new(),
-            kept: vec![false; count],
+            masked: vec![false; count],
         }
     }
 
     pub(crate) fn is_empty(&self) -> bool {
-        self.standing.is_empty()
+        self.signs_at_start.is_empty()
     }
 
     pub(crate) fn name(&self, index: usize) -> &str {
@@ -160,12 +122,12 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
 
     /// The unilateral constraints with the indices of their functions.
     pub(crate) fn unilaterals(&self) -> impl Iterator<Item = (usize, &UnilateralConstraint)> + Clone {
-        (self.functions.first_guard()..).zip(&self.functions.unilaterals)
+        (self.functions.first_unilateral()..).zip(&self.functions.unilaterals)
     }
 
-    /// A unilateral constraint that cannot stay as it is at a state at which constraints were switched: its
-    /// function's index.
-    pub(crate) fn untenable(&mut self, state: &M::State) -> Result<Option<usize>, Fault> {
+    /// The function of a unilateral constraint that cannot stay as it is at a state at which constraints were
+    /// switched: a contact that would pull, sticking that would break away.
+    pub(crate) fn find_untenable(&mut self, state: &M::State) -> Result<Option<usize>, Kind> {
         if self.functions.unilaterals.is_empty() {
             return Ok(None);
         }
@@ -177,102 +139,109 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
     }
 
     /// Names of the events whose functions constraints held at zero.
-    pub(crate) fn kept(&self) -> Vec<String> {
-        (0..self.kept.len()).filter(|index| self.kept[*index]).map(|index| self.name(index).into()).collect()
+    pub(crate) fn masked_events(&self) -> Vec<String> {
+        (0..self.masked.len())
+            .filter(|index| self.masked[*index])
+            .map(|index| self.name(index).into())
+            .collect()
     }
 
-    /// Forgets a run, for another one with the same functions and actions.
+    /// Resets the locator for another run with the same functions and rules.
     pub(crate) fn restart(&mut self) {
         self.zeno.fill(Zeno::default());
-        self.kept.fill(false);
+        self.masked.fill(false);
         self.functions.unilaterals.iter_mut().for_each(UnilateralConstraint::restart);
         self.found.clear();
     }
 
-    /// Signs at the start of the motion.
-    pub(crate) fn begin(&mut self, start: &M::State) -> Result<(), Fault> {
+    /// Determines the signs at the start of the motion, or where it restarts.
+    pub(crate) fn start_at(&mut self, start: &M::State) -> Result<(), Kind> {
         self.evaluate(start)?;
-        for (standing, value) in self.standing.iter_mut().zip(&self.values) {
-            *standing = if *value == 0.0 { Standing::ZeroAtStart } else { Standing::Sign(value.signum()) };
+        for (sign, value) in self.signs_at_start.iter_mut().zip(&self.values) {
+            *sign = if *value == 0.0 { SignState::ZeroAtStart } else { SignState::Sign(value.signum()) };
         }
-        for index in self.functions.first_guard()..self.functions.count() {
+        for index in self.functions.first_unilateral()..self.functions.count() {
             if self.values[index] < 0.0 && !self.functions.holds(index, start) {
                 self.functions.check_open(index, start)?;
-                self.standing[index] = Standing::ZeroAtStart;
+                self.signs_at_start[index] = SignState::ZeroAtStart;
             }
         }
         Ok(())
     }
 
-    /// Finds the crossings within a step and orders them; `state(θ)` interpolates. Beyond the first one that
-    /// calls for an action, where the step will end, nothing is looked for.
+    /// Finds the crossings within a step, in their order; `state(θ)` interpolates. The search ends at the
+    /// first one that calls for an action, as the step will end there.
     pub(crate) fn scan(
         &mut self,
         step: &Step<M::Vector>,
         parts: usize,
         state: impl Fn(f64) -> M::State,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), Kind> {
+        // Samples of all functions, and the rounding errors of their values.
         self.found.clear();
         let size = self.sample(parts, &state)?;
         let resolution = 4.0 * f64::EPSILON * (1.0f64).max(step.start.t.abs() / step.h.abs());
-        let rounding = NOISE * size + early_noise(&step.start, false);
-        let (mut horizon, mut fault) = (1.0, None);
-        for index in 0..self.standing.len() {
+        let rounding = EVENT_ROUNDING * size + rounding_near_start(&step.start, false);
+        // Function by function, up to the first crossing so far that calls for an action. An error counts
+        // only if it is met before that.
+        let (mut horizon, mut first_error) = (1.0, None);
+        for index in 0..self.signs_at_start.len() {
             let departure = self.departure(index, &step.start, &state);
             let (start, sign) = match departure {
-                // What engaged where the function crossed holds it there from then on.
-                Err(Fault::EventRepeats { .. }) if self.is_kept(index, &state)? => (None, 0.0),
+                // A constraint that the last action engaged may hold the function at zero.
+                Err(Kind::EventRepeats { .. }) if self.is_masked_throughout(index, &state)? => (None, 0.0),
                 departure => departure?,
             };
-            let noise = NOISE * 4.0 * self.sizes[index] + rounding;
-            let mut scan = Scan::new(sign, resolution, noise).up_to(self.first_end(horizon) + SIMULTANEOUS);
+            let noise = EVENT_ROUNDING * 4.0 * self.sizes[index] + rounding;
+            let mut scan = Scan::new(sign, resolution, noise)
+                .up_to(self.first_acting_theta(horizon) + SIMULTANEOUS_THETA);
             let so_far = self.found.len()
                 - usize::from(self.found.last().is_some_and(|crossing| crossing.index == index));
             let mut followed = self.follow(index, start, &mut scan, &state);
-            if (followed.is_err() || self.found.len() > so_far) && self.is_kept(index, &state)? {
-                // Its sign is that of rounding.
+            if (followed.is_err() || self.found.len() > so_far) && self.is_masked_throughout(index, &state)? {
+                // A constraint holds it at zero: its sign is that of rounding.
                 self.found.truncate(so_far);
                 followed = Ok(());
             }
-            self.signs[index] = scan.sign();
-            horizon = self.first_end(horizon);
+            self.signs_at_end[index] = scan.sign();
+            horizon = self.first_acting_theta(horizon);
             if let Err(error) = followed {
-                let earlier = fault.take().filter(|(theta, _)| *theta <= scan.reached());
-                fault = earlier.or(Some((scan.reached(), error)));
+                let earlier = first_error.take().filter(|(theta, _)| *theta <= scan.reached());
+                first_error = earlier.or(Some((scan.reached(), error)));
             }
         }
         sort(&mut self.found);
-        match fault {
-            Some((theta, fault)) if theta <= horizon => Err(fault),
+        match first_error {
+            Some((theta, error)) if theta <= horizon => Err(error),
             _ => Ok(()),
         }
     }
 
-    /// Whether a function is zero all over a step because constraints hold, see [`EventFunctions::is_kept`].
+    /// Whether constraints hold a function at zero throughout a step, see [`EventFunctions::is_masked`].
     #[cold]
-    fn is_kept(&mut self, index: usize, state: &impl Fn(f64) -> M::State) -> Result<bool, Fault> {
-        if M::IS_FREE || index >= self.functions.first_guard() {
+    fn is_masked_throughout(&mut self, index: usize, state: &impl Fn(f64) -> M::State) -> Result<bool, Kind> {
+        if M::IS_FREE || index >= self.functions.first_unilateral() {
             return Ok(false);
         }
-        for theta in [0.0, 0.3, 0.6, 1.0] {
-            if !self.functions.is_kept(index, &state(theta), &mut self.values)? {
+        for theta in MASK_PROBES {
+            if !self.functions.is_masked(index, &state(theta), &mut self.values)? {
                 return Ok(false);
             }
         }
-        self.kept[index] = true;
+        self.masked[index] = true;
         Ok(true)
     }
 
-    /// Samples all functions at the ends of the parts of a step; 1 + |q|.
-    fn sample(&mut self, parts: usize, state: &impl Fn(f64) -> M::State) -> Result<f64, Fault> {
+    /// Samples all functions at the ends of the parts of a step. Returns 1 + max |q|.
+    fn sample(&mut self, parts: usize, state: &impl Fn(f64) -> M::State) -> Result<f64, Kind> {
         self.sizes.fill(0.0);
         self.samples.clear();
-        if self.places.len() != parts + 1 {
-            self.places = (0..=parts).map(|part| sample_position(part, parts)).collect();
+        if self.thetas.len() != parts + 1 {
+            self.thetas = (0..=parts).map(|part| sample_position(part, parts)).collect();
         }
         let mut size = 0.0f64;
         for part in 0..=parts {
-            let state = state(self.places[part]);
+            let state = state(self.thetas[part]);
             self.evaluate(&state)?;
             self.samples.extend_from_slice(&self.values);
             for (size, value) in self.sizes.iter_mut().zip(&self.values) {
@@ -280,31 +249,35 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
             }
             size = size.max(max_abs(state.q().as_slice()));
         }
-        self.start_values.copy_from_slice(&self.samples[..self.standing.len()]);
+        self.start_values.copy_from_slice(&self.samples[..self.signs_at_start.len()]);
         Ok(1.0 + size)
     }
 
     /// The first crossing found so far that calls for an action, or else `horizon`.
-    fn first_end(&self, horizon: f64) -> f64 {
-        self.found.iter().filter(|c| acts(&self.rules, c)).fold(horizon, |first, c| first.min(c.theta))
+    fn first_acting_theta(&self, horizon: f64) -> f64 {
+        self.found
+            .iter()
+            .filter(|c| calls_for_action(&self.rules, c))
+            .fold(horizon, |first, c| first.min(c.theta))
     }
 
-    /// Follows a function through the step from where it is seen to leave zero, if it starts there.
+    /// Finds the crossings of one function, from `start`, where it was seen to leave zero, if it starts at
+    /// zero.
     fn follow(
         &mut self,
         index: usize,
         start: Option<(f64, f64)>,
         scan: &mut Scan,
         state: &impl Fn(f64) -> M::State,
-    ) -> Result<(), Fault> {
-        let Self { functions, values, samples, places, column, found, rules, standing, .. } = self;
+    ) -> Result<(), Kind> {
+        let Self { functions, values, samples, thetas, column, found, rules, signs_at_start, .. } = self;
         column.clear();
-        let own = samples.chunks_exact(standing.len()).map(|row| row[index]);
-        column.extend(places.iter().copied().zip(own));
+        let own = samples.chunks_exact(signs_at_start.len()).map(|row| row[index]);
+        column.extend(thetas.iter().copied().zip(own));
         let mut function = |theta: f64| functions.value(index, &state(theta), values);
         let mut take = |theta, direction| {
             found.push(Crossing { index, theta, direction });
-            found.last().is_some_and(|crossing| !acts(rules, crossing))
+            found.last().is_some_and(|crossing| !calls_for_action(rules, crossing))
         };
         if let Some(start) = start {
             column.retain(|sample| sample.0 > start.0);
@@ -312,60 +285,68 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
         }
         let followed = scan.follow(column, &mut function, &mut take);
         followed.map_err(|error| match error {
-            ScanError::Function(fault) => fault,
-            ScanError::Unresolved => Fault::EventUnresolved { event: functions.name(index).into() },
+            ScanError::Function(error) => error,
+            ScanError::Unresolved => Kind::EventUnresolved { event: functions.name(index).into() },
         })
     }
 
-    /// Where a function that starts at zero is seen to leave it, and its sign from there or from the start of
-    /// the step on.
+    /// Where a function that starts at zero is seen to leave it, and its sign from there on; for other
+    /// functions the sign at the start of the step.
     fn departure(
         &mut self,
         index: usize,
-        knot: &StepNode<M::Vector>,
+        start_node: &StepNode<M::Vector>,
         state: &impl Fn(f64) -> M::State,
-    ) -> Result<(Option<(f64, f64)>, f64), Fault> {
+    ) -> Result<(Option<(f64, f64)>, f64), Kind> {
         let value = self.start_values[index];
-        if let Standing::Sign(sign) = self.standing[index] {
+        if let SignState::Sign(sign) = self.signs_at_start[index] {
             return match self.functions.grazes_until(index, &state(0.0)) {
-                Some(until) if sign < 0.0 => self.grazing(index, until, state),
+                Some(until) if sign < 0.0 => self.follow_grazing(index, until, state),
                 _ => Ok((None, sign)),
             };
         }
         let Self { functions, values, .. } = self;
-        let is_position = functions.is_position(index, &state(0.0));
-        let noise = early_noise(knot, is_position);
-        let left = left(value, noise, &mut |theta| functions.value(index, &state(theta), values))?;
-        if is_position && matches!(self.standing[index], Standing::JustFired(_)) && !left.is_seen_to_rise() {
-            let drift = (2.0 * value.abs()).max(LIFT * functions.size(index, &state(0.0)));
-            let until = match lifts(drift, &mut |theta| functions.value(index, &state(theta), values))? {
-                Lift::Opens(start) => return Ok((Some(start), 1.0)),
-                Lift::Falls(theta) => theta,
-                Lift::Stays => 1.0,
-            };
-            self.functions.graze(index, knot.t, state(until).t());
+        let is_gap = functions.is_open_gap(index, &state(0.0));
+        let noise = rounding_near_start(start_node, is_gap);
+        let departure =
+            departure_from_zero(value, noise, &mut |theta| functions.value(index, &state(theta), values))?;
+        if is_gap
+            && matches!(self.signs_at_start[index], SignState::JustFired(_))
+            && !departure.is_seen_to_rise()
+        {
+            let drift = (2.0 * value.abs()).max(LIFT_OFF_DRIFT * functions.gap_size(index, &state(0.0)));
+            let until =
+                match classify_lift_off(drift, &mut |theta| functions.value(index, &state(theta), values))? {
+                    LiftOff::Opens(start) => return Ok((Some(start), 1.0)),
+                    LiftOff::Falls(theta) => theta,
+                    LiftOff::Stays => 1.0,
+                };
+            self.functions.note_grazing(index, start_node.t, state(until).t());
         }
-        let (Departure::Slope { theta, value: now } | Departure::Tangent { theta, value: now }) = left else {
-            return self.hidden_departure(index, left);
+        let (Departure::Slope { theta, value: now } | Departure::Tangent { theta, value: now }) = departure
+        else {
+            return self.departure_not_seen(index, departure);
         };
         let direction = if now > 0.0 { Direction::Rising } else { Direction::Falling };
-        match self.standing[index] {
-            Standing::JustFired(_) | Standing::ZeroAtStart | Standing::Zero
-                if index >= self.functions.first_guard() && direction == Direction::Falling =>
+        match self.signs_at_start[index] {
+            SignState::JustFired(_) | SignState::ZeroAtStart | SignState::Zero
+                if index >= self.functions.first_unilateral() && direction == Direction::Falling =>
             {
-                self.functions.look_ahead(index, &state(theta))?;
+                self.functions.note_reaction_ahead(index, &state(theta))?;
                 self.found.push(Crossing { index, theta: 0.0, direction });
             }
-            // With a slope it passes on, as a reset that only slows it may want. Without one it was brought
-            // to rest at the event.
-            Standing::JustFired(fired) if fired == direction && matches!(left, Departure::Tangent { .. }) => {
-                return Err(self.repeats(index));
+            // With a slope it passes on: the reset only slowed it. Without a slope the reset brought it to
+            // rest at the event, which would repeat at once.
+            SignState::JustFired(fired)
+                if fired == direction && matches!(departure, Departure::Tangent { .. }) =>
+            {
+                return Err(self.repeats_error(index));
             }
-            Standing::ZeroAtStart if self.resets_on(index, direction) => {
+            SignState::ZeroAtStart if self.has_reset_for(index, direction) => {
                 self.found.push(Crossing { index, theta: 0.0, direction });
-                // With a slope it passes on there, too.
-                if matches!(left, Departure::Slope { .. }) {
-                    self.standing[index] = Standing::Zero;
+                // With a slope it passes on.
+                if matches!(departure, Departure::Slope { .. }) {
+                    self.signs_at_start[index] = SignState::Zero;
                 }
             }
             _ => {}
@@ -373,14 +354,14 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
         Ok((Some((theta, now)), now.signum()))
     }
 
-    /// A contact whose reaction has grazed zero, and is negative: it is followed again from when on it should
-    /// be closed, and released where it is negative there.
-    fn grazing(
+    /// A closed contact whose reaction grazes zero and is negative at the start: it is followed from the time
+    /// up to which it may pull, and released if it is negative there.
+    fn follow_grazing(
         &mut self,
         index: usize,
         until: f64,
         state: &impl Fn(f64) -> M::State,
-    ) -> Result<(Option<(f64, f64)>, f64), Fault> {
+    ) -> Result<(Option<(f64, f64)>, f64), Kind> {
         let (from, to) = (state(0.0).t(), state(1.0).t());
         let theta = ((until - from) / (to - from)).clamp(0.0, 1.0);
         let value = self.functions.value(index, &state(theta), &mut self.values)?;
@@ -390,48 +371,49 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
         Ok((Some((theta, value)), if value < 0.0 { -1.0 } else { 1.0 }))
     }
 
-    /// A function that is not seen to leave zero. An open contact that does not rise, or is back before that
-    /// is seen, touches again at once.
-    fn hidden_departure(
+    /// Treats a function that is not seen to leave zero. An open contact that returns before it is seen to
+    /// open touches again at once.
+    fn departure_not_seen(
         &mut self,
         index: usize,
-        left: Departure,
-    ) -> Result<(Option<(f64, f64)>, f64), Fault> {
-        let is_guard = index >= self.functions.first_guard();
-        match left {
-            Departure::Hidden { sign } if is_guard && sign > 0.0 => {
+        departure: Departure,
+    ) -> Result<(Option<(f64, f64)>, f64), Kind> {
+        let is_unilateral = index >= self.functions.first_unilateral();
+        match departure {
+            Departure::Hidden { sign } if is_unilateral && sign > 0.0 => {
                 self.found.push(Crossing { index, theta: 0.0, direction: Direction::Falling });
                 Ok((None, 0.0))
             }
-            Departure::Hidden { .. } if matches!(self.standing[index], Standing::JustFired(_)) => {
-                Err(self.repeats(index))
+            Departure::Hidden { .. } if matches!(self.signs_at_start[index], SignState::JustFired(_)) => {
+                Err(self.repeats_error(index))
             }
-            // It moves, if not regularly: where it is seen below zero it has fallen.
-            Departure::Constant if is_guard && self.sizes[index] > RESTLESS => Ok((None, 1.0)),
+            // It moves irregularly: it falls where it is seen below zero.
+            Departure::Constant if is_unilateral && self.sizes[index] > AT_REST_VALUE => Ok((None, 1.0)),
             _ => Ok((None, 0.0)),
         }
     }
 
-    fn repeats(&self, index: usize) -> Fault {
-        Fault::EventRepeats { event: self.name(index).into() }
+    fn repeats_error(&self, index: usize) -> Kind {
+        Kind::EventRepeats { event: self.name(index).into() }
     }
 
-    /// Whether a reset is declared for just this direction of the function.
-    fn resets_on(&self, index: usize, direction: Direction) -> bool {
+    /// Whether a reset is declared for exactly this direction of the function.
+    fn has_reset_for(&self, index: usize, direction: Direction) -> bool {
         let resets = |action: &Action<'_, M>| matches!(action, Action::Reset(_));
         self.rules.iter().any(|r| r.index == index && r.direction == direction && resets(&r.action))
     }
 
-    /// Position in `found` of the first crossing that calls for an action.
+    /// Index in `found` of the first crossing that calls for an action.
     pub(crate) fn first_acting(&self) -> Option<usize> {
-        self.found.iter().position(|c| acts(&self.rules, c))
+        self.found.iter().position(|c| calls_for_action(&self.rules, c))
     }
 
-    /// Puts crossings to the end of the step, which was made to end at them: what its interpolant says of
-    /// them is less. Of those that act it says nothing else, for others rising and falling go on by turns.
-    pub(crate) fn end_with(&mut self, known: &[Crossing]) {
+    /// Moves crossings to the end of the step, which was made to end at them: the end is more accurate than
+    /// the interpolant. All crossings that the scan found of an acting function are replaced; of others the
+    /// last one of the same direction.
+    pub(crate) fn move_to_step_end(&mut self, known: &[Crossing]) {
         for crossing in known {
-            if acts(&self.rules, crossing) {
+            if calls_for_action(&self.rules, crossing) {
                 self.found.retain(|c| c.index != crossing.index);
             } else if let Some(last) = self.found.iter().rposition(|c| c.index == crossing.index)
                 && self.found[last].direction == crossing.direction
@@ -442,21 +424,21 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
         }
     }
 
-    /// Forgets the crossings after the first acting one and what happens with it at the same instant.
-    pub(crate) fn cut_after(&mut self, acting: usize) {
+    /// Discards the crossings after the first acting one, except those at the same instant.
+    pub(crate) fn discard_after(&mut self, acting: usize) {
         let theta = self.found[acting].theta;
-        self.found.retain(|c| c.theta <= theta + SIMULTANEOUS);
+        self.found.retain(|c| c.theta <= theta + SIMULTANEOUS_THETA);
     }
 
-    /// No action: the signs at the end of the step are those of the scans.
-    pub(crate) fn carry_on(&mut self) {
-        for (standing, sign) in self.standing.iter_mut().zip(&self.signs) {
-            *standing = if *sign == 0.0 { Standing::Zero } else { Standing::Sign(*sign) };
+    /// The step had no action: the next one starts with the signs at its end.
+    pub(crate) fn continue_without_action(&mut self) {
+        for (sign_at_start, sign) in self.signs_at_start.iter_mut().zip(&self.signs_at_end) {
+            *sign_at_start = if *sign == 0.0 { SignState::Zero } else { SignState::Sign(*sign) };
         }
     }
 
-    /// Calls the actions for a crossing. Returns whether the simulation stops.
-    pub(crate) fn act(&mut self, crossing: &Crossing, change: &mut EventAction<'_, M>) -> bool {
+    /// Applies the rules of a crossing. Returns whether the simulation stops.
+    pub(crate) fn apply_rules(&mut self, crossing: &Crossing, change: &mut EventAction<'_, M>) -> bool {
         let mut stop = false;
         for rule in &mut self.rules {
             if rule.index != crossing.index || !rule.direction.admits(crossing.direction) {
@@ -466,7 +448,7 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
                 Action::Stop => true,
                 Action::Reset(reset) => reset(change) == Flow::Stop,
                 Action::UnilateralConstraint(unilateral) => {
-                    self.functions.unilaterals[*unilateral].act(change);
+                    self.functions.unilaterals[*unilateral].switch(change);
                     false
                 }
             };
@@ -474,16 +456,17 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
         stop
     }
 
-    /// Signs after actions at the crossings found from `acting` on. `place`: where they happened, if the
-    /// state after lies beyond it: what crosses zero in between has not crossed yet.
-    pub(crate) fn resume(
+    /// Determines the signs after the actions at the crossings from `acting` on. `place` is the state at
+    /// which they happened, if the state after lies beyond it: functions that cross zero in between have not
+    /// crossed yet.
+    pub(crate) fn continue_after_actions(
         &mut self,
         acting: usize,
         before: &M::State,
         after: &M::State,
         place: Option<&M::State>,
         h: f64,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), Kind> {
         let switched = before.modes() != after.modes();
         let moved = switched || before.q() != after.q() || before.u() != after.u();
         self.evaluate(before)?;
@@ -491,110 +474,117 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
         if let Some(place) = place {
             self.evaluate(place)?;
         }
-        let at_place = place.map(|_| self.values[..self.functions.first_guard()].to_vec());
+        let at_place = place.map(|_| self.values[..self.functions.first_unilateral()].to_vec());
         self.evaluate(after)?;
         at_place.iter().for_each(|values| self.values[..values.len()].copy_from_slice(values));
-        for index in 0..self.standing.len() {
+        for index in 0..self.signs_at_start.len() {
             let value = self.values[index];
-            let fired =
-                self.found[acting..].iter().rev().find(|c| c.index == index && acts(&self.rules, c)).copied();
-            let noise = (4.0 * self.start_values[index].abs()).max(1e-13 * self.sizes[index]);
-            if index >= self.functions.first_guard() {
-                self.standing[index] = self.guard_after(index, after, fired.is_some())?;
+            let fired = self.found[acting..]
+                .iter()
+                .rev()
+                .find(|c| c.index == index && calls_for_action(&self.rules, c))
+                .copied();
+            let noise = (4.0 * self.start_values[index].abs()).max(AT_ZERO * self.sizes[index]);
+            if index >= self.functions.first_unilateral() {
+                self.signs_at_start[index] = self.unilateral_after_action(index, after, fired.is_some())?;
                 if self.functions.is_closed(index, after) {
                     self.zeno[index] = Zeno::default();
                 } else if fired.is_some() {
                     let name = self.name(index).into();
-                    let speed = self.functions.approach(index, before);
-                    self.zeno[index].note(before.t(), h, speed, name)?;
+                    let speed = self.functions.impact_speed(index, before);
+                    self.zeno[index].note_event(before.t(), h, speed, name)?;
                 }
                 continue;
             }
-            self.standing[index] = match fired {
+            self.signs_at_start[index] = match fired {
                 Some(c) if moved && value.abs() <= noise => {
                     let name = self.name(index).into();
-                    self.zeno[index].note(before.t(), h, 0.0, name)?;
-                    Standing::JustFired(c.direction)
+                    self.zeno[index].note_event(before.t(), h, 0.0, name)?;
+                    SignState::JustFired(c.direction)
                 }
-                // A reset that leaves the ball where it starts, on the floor and at rest, does nothing
-                // against what pulls it down. One that leaves what passes zero with a slope only looks at it.
+                // A reset that leaves a ball at rest on the floor at the start would repeat at once. One that
+                // leaves a function that passes zero with a slope only observes it.
                 Some(c)
-                    if c.theta == 0.0 && before == after && self.standing[index] == Standing::ZeroAtStart =>
+                    if c.theta == 0.0
+                        && before == after
+                        && self.signs_at_start[index] == SignState::ZeroAtStart =>
                 {
-                    return Err(self.repeats(index));
+                    return Err(self.repeats_error(index));
                 }
                 Some(c) if !moved => {
-                    Standing::Sign(if c.direction == Direction::Rising { 1.0 } else { -1.0 })
+                    SignState::Sign(if c.direction == Direction::Rising { 1.0 } else { -1.0 })
                 }
-                _ if value == 0.0 => Standing::Zero,
-                // What kept it at zero lets go: it leaves from there, on whatever side rounding has put it.
-                None if switched && self.functions.is_kept(index, before, &mut self.values.clone())? => {
-                    Standing::Zero
+                _ if value == 0.0 => SignState::Zero,
+                // The constraint that held it at zero was released: it leaves zero from there, whatever its
+                // sign is by rounding.
+                None if switched && self.functions.is_masked(index, before, &mut self.values.clone())? => {
+                    SignState::Zero
                 }
-                _ if moved || fired.is_some() => Standing::Sign(value.signum()),
-                _ => self.crossed_or_held(index, value),
+                _ if moved || fired.is_some() => SignState::Sign(value.signum()),
+                _ => self.sign_without_action(index, value),
             };
         }
         Ok(())
     }
 
-    /// Where a unilateral constraint stands at a state that an action left; `values` are those there. What
-    /// fell to zero and was released or thrown back starts anew from there, see [`EventLocator::departure`].
-    fn guard_after(&mut self, index: usize, after: &M::State, fired: bool) -> Result<Standing, Fault> {
+    /// The sign of a unilateral constraint at a state that an action left, at which `values` were evaluated.
+    /// One that fell to zero and was released or rebounds restarts there, see [`EventLocator::departure`].
+    fn unilateral_after_action(
+        &mut self,
+        index: usize,
+        after: &M::State,
+        fired: bool,
+    ) -> Result<SignState, Kind> {
         let value = self.values[index];
         let holds = self.functions.holds(index, after);
         if value < 0.0 && !holds {
             self.functions.check_open(index, after)?;
         }
-        let unilateral = &self.functions.unilaterals[index - self.functions.first_guard()];
-        // What slips to the other side since a jump, or stands over the ground that was left, is not about
-        // zero.
-        let leapt = match unilateral.is_contact() {
-            true => value > 0.0 && !holds && self.functions.is_apart(index, after),
+        let unilateral = &self.functions.unilaterals[index - self.functions.first_unilateral()];
+        // A constraint that slips to the other side since a jump, or a contact above the ground that fell
+        // away, is away from zero.
+        let is_away_from_zero = match unilateral.is_contact() {
+            true => value > 0.0 && !holds && self.functions.is_open(index, after),
             false => value > CONSISTENT * self.sizes[index],
         };
-        let at_zero = !holds && (fired && !leapt || value <= 0.0 || value.abs() <= 1e-13 * self.sizes[index]);
-        // About zero, whatever rounding makes of it.
+        let at_zero = !holds
+            && (fired && !is_away_from_zero || value <= 0.0 || value.abs() <= AT_ZERO * self.sizes[index]);
+        // At zero up to rounding.
         Ok(if holds && unilateral.grazes_at(after.t()) {
-            Standing::Sign(-1.0)
+            SignState::Sign(-1.0)
         } else if at_zero || value == 0.0 {
-            Standing::JustFired(Direction::Falling)
+            SignState::JustFired(Direction::Falling)
         } else {
-            Standing::Sign(value.signum())
+            SignState::Sign(value.signum())
         })
     }
 
-    /// The sign of a function that did not act, at a state that was not moved: near zero its last crossing
-    /// decides.
-    fn crossed_or_held(&self, index: usize, value: f64) -> Standing {
+    /// The sign of a function without action at a state that no action moved: by its last crossing, as its
+    /// value may still be zero up to rounding.
+    fn sign_without_action(&self, index: usize, value: f64) -> SignState {
         match self.found.iter().rev().find(|c| c.index == index) {
-            Some(c) => Standing::Sign(if c.direction == Direction::Rising { 1.0 } else { -1.0 }),
-            None => Standing::Sign(value.signum()),
+            Some(c) => SignState::Sign(if c.direction == Direction::Rising { 1.0 } else { -1.0 }),
+            None => SignState::Sign(value.signum()),
         }
     }
 
     /// Value of one function at a state.
-    pub(crate) fn value(&mut self, index: usize, state: &M::State) -> Result<f64, Fault> {
+    pub(crate) fn value(&mut self, index: usize, state: &M::State) -> Result<f64, Kind> {
         self.functions.value(index, state, &mut self.values)
     }
 
-    fn evaluate(&mut self, state: &M::State) -> Result<(), Fault> {
+    fn evaluate(&mut self, state: &M::State) -> Result<(), Kind> {
         self.functions.evaluate(state, &mut self.values)
     }
 }
 
-/// Rounding errors of a function near the start of a step, of positions alone or of velocities too: what it
-/// is taken of is rounded, and so are the times.
-fn early_noise<V: Vector>(StepNode { t, y, a }: &StepNode<V>, is_position: bool) -> f64 {
+/// Rounding error of a function near the start of a step, by the rounding of the state and of the time. A gap
+/// depends on positions alone, other functions on velocities too.
+fn rounding_near_start<V: Vector>(StepNode { t, y, a }: &StepNode<V>, is_gap: bool) -> f64 {
     let [q, u, a] = [&y.q, &y.u, a].map(|values| max_abs(values.as_slice()));
-    NOISE * if is_position { q + t.abs() * u } else { q + u + t.abs() * u.max(a) }
+    EVENT_ROUNDING * if is_gap { q + t.abs() * u } else { q + u + t.abs() * u.max(a) }
 }
 
 fn sort(crossings: &mut [Crossing]) {
     crossings.sort_by(|a, b| a.theta.total_cmp(&b.theta));
-}
-
-/// Whether a crossing calls for an action.
-fn acts<M: SimulationModel>(rules: &[Rule<'_, M>], crossing: &Crossing) -> bool {
-    rules.iter().any(|r| r.index == crossing.index && r.direction.admits(crossing.direction))
 }

@@ -1,8 +1,8 @@
-//! Constraints that switch by rules of their own: contacts that push and never pull, and sticking that breaks
-//! away.
+//! Unilateral constraints: contacts that push and never pull, and sticking that breaks away.
 //!
-//! A unilateral constraint has one function, which is positive where nothing happens, and acts where it
-//! falls through zero:
+//! A contact fulfils Φ ≥ 0, λ ≥ 0, Φλ = 0 (Signorini's condition, in the complementarity form of P.
+//! Lötstedt, SIAM J. Appl. Math. 42 (1982) 281). A unilateral constraint has one event function, which is
+//! positive while it stays as it is. It switches where that falls through zero:
 //!
 //! | unilateral constraint | while it holds | while it is released |
 //! |---|---|---|
@@ -22,7 +22,7 @@ use crate::simulate::failure::OptionError;
 use crate::simulate::options::contact::Contact;
 use crate::simulate::stabilization::{ContactHistory, Stabilization};
 
-/// What a unilateral constraint watches.
+/// The rule by which a unilateral constraint switches.
 #[derive(Clone, Copy, Debug)]
 enum ComplementarityRule {
     Contact(Contact),
@@ -32,24 +32,23 @@ enum ComplementarityRule {
     },
 }
 
-/// A constraint that switches by a rule of its own.
+/// A constraint that switches by a rule.
 #[derive(Clone, Debug)]
 pub(crate) struct UnilateralConstraint {
     pub(crate) name: String,
     pub(crate) constraint: &'static Constraint,
     /// Its index among the switched constraints.
     switch: usize,
-    law: ComplementarityRule,
-    /// What the reaction has become a little after the instant at which sticking breaks away, where it may be
-    /// zero.
-    later: Option<f64>,
+    rule: ComplementarityRule,
+    /// The reaction a little after the instant at which sticking breaks away, where the reaction may be zero.
+    reaction_ahead: Option<f64>,
     /// The side to which it slipped last.
-    side: f64,
-    /// When a contact lifted off last.
-    lifted: Option<f64>,
-    /// Where it did not open then, for its reaction only grazed zero: the time up to which it may go on
-    /// pulling.
-    grazes: Option<f64>,
+    last_side: f64,
+    /// Time of the last release.
+    lifted_at: Option<f64>,
+    /// The time up to which a contact may pull that did not open after its release, as its reaction only
+    /// grazed zero.
+    grazes_until: Option<f64>,
 }
 
 impl UnilateralConstraint {
@@ -66,8 +65,8 @@ impl UnilateralConstraint {
         Self::new::<M>(name, "contact", ConstraintKind::Holonomic, ComplementarityRule::Contact(contact))
     }
 
-    /// What is wrong with the constraint is said before what is wrong with the event.
-    pub(crate) fn stick<M: SimulationModel>(
+    /// An error of the constraint is reported before an error of its event.
+    pub(crate) fn stick_slip<M: SimulationModel>(
         name: &str,
         breakaway: impl FnOnce() -> Result<usize, OptionError>,
     ) -> Result<Self, OptionError> {
@@ -77,28 +76,28 @@ impl UnilateralConstraint {
             ConstraintKind::Nonholonomic,
             ComplementarityRule::Stick { breakaway: 0 },
         )?;
-        Ok(Self { law: ComplementarityRule::Stick { breakaway: breakaway()? }, ..unilateral })
+        Ok(Self { rule: ComplementarityRule::Stick { breakaway: breakaway()? }, ..unilateral })
     }
 
     fn new<M: SimulationModel>(
         name: &str,
         option: &'static str,
         kind: ConstraintKind,
-        law: ComplementarityRule,
+        rule: ComplementarityRule,
     ) -> Result<Self, OptionError> {
         let constraint = find::<M>(name).map_err(|error| OptionError::Constraint(Box::new(error)))?;
         match constraint.switched {
             Some(switch) if constraint.kind == kind && constraint.rows == 1 => {
-                let what = if matches!(law, ComplementarityRule::Contact(_)) { "contact" } else { "slip" };
+                let what = if matches!(rule, ComplementarityRule::Contact(_)) { "contact" } else { "slip" };
                 Ok(Self {
                     name: format!("{name} {what}"),
                     constraint,
                     switch,
-                    law,
-                    later: None,
-                    side: 1.0,
-                    lifted: None,
-                    grazes: None,
+                    rule,
+                    reaction_ahead: None,
+                    last_side: 1.0,
+                    lifted_at: None,
+                    grazes_until: None,
                 })
             }
             _ => Err(OptionError::NotForGuard {
@@ -110,8 +109,7 @@ impl UnilateralConstraint {
         }
     }
 
-    /// The function of the unilateral constraint; `event` gives the values of other events there,
-    /// `reactions` solves for λ.
+    /// The event function of the constraint. `event` evaluates other events, `reactions` solves for λ.
     pub(crate) fn value<M: SimulationModel>(
         &self,
         model: &M,
@@ -121,7 +119,7 @@ impl UnilateralConstraint {
     ) -> Result<f64, SolveError> {
         let row = self.constraint.first;
         let modes = state.modes();
-        Ok(match self.law {
+        Ok(match self.rule {
             ComplementarityRule::Contact(_) if modes.holds(self.switch) => reactions()?.multipliers[row],
             ComplementarityRule::Contact(_) => model.residual(state)[row],
             ComplementarityRule::Stick { breakaway } if modes.holds(self.switch) => event(breakaway)?,
@@ -136,7 +134,7 @@ impl UnilateralConstraint {
         self.holds_in(state.modes())
     }
 
-    /// Whether its constraint is one of those that hold.
+    /// Whether its constraint holds in these modes.
     pub(crate) fn holds_in(&self, modes: Modes) -> bool {
         modes.holds(self.switch)
     }
@@ -146,19 +144,19 @@ impl UnilateralConstraint {
         state.modes().side(self.switch)
     }
 
-    /// Lets its constraint go to a side, where it has a corner.
-    pub(crate) fn let_go<S: ModelState>(&self, state: &mut S, side: f64) {
+    /// Releases its constraint to a side, at a corner.
+    pub(crate) fn release<S: ModelState>(&self, state: &mut S, side: f64) {
         state.modes_mut().release(self.switch, side);
     }
 
-    /// Whether it is a contact, which has to be open where it is released.
+    /// Whether it is a contact. The others stick and slip.
     pub(crate) fn is_contact(&self) -> bool {
-        matches!(self.law, ComplementarityRule::Contact(_))
+        matches!(self.rule, ComplementarityRule::Contact(_))
     }
 
-    /// What slipped before a change and slips after it slips to the side of its velocity, to which the change
-    /// may have turned it.
-    pub(crate) fn turn<M: SimulationModel>(
+    /// After an action, sets the side of a constraint that slipped before and slips still to the sign of its
+    /// velocity.
+    pub(crate) fn align_slip_side<M: SimulationModel>(
         &self,
         before: Modes,
         model: &M,
@@ -177,96 +175,99 @@ impl UnilateralConstraint {
         }
     }
 
-    /// A contact with its law, for the impacts of a run.
-    pub(crate) fn closing<M: SimulationModel>(&self) -> Option<ContactHistory> {
-        let ComplementarityRule::Contact(law) = self.law else { return None };
+    /// A contact for the impacts of a run; `None` for stick–slip.
+    pub(crate) fn contact_history<M: SimulationModel>(&self) -> Option<ContactHistory> {
+        let ComplementarityRule::Contact(law) = self.rule else { return None };
         let constraint = M::CONSTRAINTS.iter().position(|known| known == self.constraint)?;
-        Some(ContactHistory { constraint, law, hardest: 0.0 })
+        Some(ContactHistory { constraint, law, fastest_hit: 0.0 })
     }
 
-    /// Notes the reaction a little after the instant at which the unilateral constraint is about to act.
-    pub(crate) fn look_ahead(&mut self, reaction: f64) {
-        self.later = Some(reaction);
+    /// Notes the reaction a little after the instant at which sticking is about to break away.
+    pub(crate) fn note_reaction_ahead(&mut self, reaction: f64) {
+        self.reaction_ahead = Some(reaction);
     }
 
-    /// Notes that a contact that has just lifted off would not be seen to open, and be back at a time: its
-    /// reaction grazes zero.
-    pub(crate) fn graze(&mut self, since: f64, until: f64) {
-        if self.lifted == Some(since) {
-            self.grazes = Some(until);
+    /// Notes that a contact released at `since` does not open, and closes again at `until`: its reaction
+    /// grazes zero.
+    pub(crate) fn note_grazing(&mut self, since: f64, until: f64) {
+        if self.lifted_at == Some(since) {
+            self.grazes_until = Some(until);
         }
     }
 
-    /// Up to when a contact that holds may pull, see [`UnilateralConstraint::graze`].
+    /// The time up to which a closed contact may pull, see [`UnilateralConstraint::note_grazing`].
     pub(crate) fn grazes_until(&self) -> Option<f64> {
-        self.grazes
+        self.grazes_until
     }
 
-    /// Whether its reaction grazes zero at this very instant.
+    /// Whether its reaction grazes zero at this instant.
     pub(crate) fn grazes_at(&self, t: f64) -> bool {
-        self.grazes.is_some() && self.lifted == Some(t)
+        self.grazes_until.is_some() && self.lifted_at == Some(t)
     }
 
-    /// Forgets a run.
+    /// Resets it for another run.
     pub(crate) fn restart(&mut self) {
-        (self.later, self.lifted, self.grazes, self.side) = (None, None, None, 1.0);
+        (self.reaction_ahead, self.lifted_at, self.grazes_until, self.last_side) = (None, None, None, 1.0);
     }
 
-    /// Does what is due where the function has fallen to zero, unless an action at the same instant has dealt
-    /// with it: contacts that close together are hit together, and whether one that was to lift off still
-    /// does when velocities have jumped is for its new reaction to say.
-    pub(crate) fn act<M: SimulationModel>(&mut self, change: &mut EventAction<'_, M>) {
+    /// Switches where the function has fallen to zero, unless another action at the same instant has switched
+    /// the constraint: contacts that close together are hit together. A contact that was to lift off stays
+    /// closed if velocities have jumped; its new reaction decides.
+    pub(crate) fn switch<M: SimulationModel>(&mut self, change: &mut EventAction<'_, M>) {
         if M::IS_UNSWITCHED {
             return;
         }
-        let (name, later) = (self.constraint.name, self.later.take());
+        let (name, reaction_ahead) = (self.constraint.name, self.reaction_ahead.take());
+        // Another action at this instant has switched it.
         let holds = self.holds(change.state());
         if holds != self.holds(change.instant()) {
             return;
         }
         let jumped = change.state().u() != change.instant().u();
         if !holds && !self.is_contact() {
-            self.side = change.state().modes().side(self.switch);
+            self.last_side = change.state().modes().side(self.switch);
         }
-        match self.law {
+        match self.rule {
             ComplementarityRule::Contact(_) if holds && jumped => {}
             ComplementarityRule::Stick { .. }
-                if holds && !jumped && later.is_some_and(|reaction| reaction != 0.0) =>
+                if holds && !jumped && reaction_ahead.is_some_and(|reaction| reaction != 0.0) =>
             {
-                change.release_to(name, -later.unwrap_or_default());
+                change.release_to(name, -reaction_ahead.unwrap_or_default());
             }
-            ComplementarityRule::Stick { .. } if holds => match change.side_ahead(self.constraint) {
+            ComplementarityRule::Stick { .. } if holds => match change.breakaway_side(self.constraint) {
                 Some(side) => change.release_to(name, side),
-                // Nothing held it, and nothing will brake it: as where the contact that bears it lifts off.
-                None if change.slips_either_way(self.constraint) => change.release_to(name, self.side),
+                // It has neither a reaction nor friction, as where its contact lifts off at the same instant.
+                None if change.slips_either_way(self.constraint) => change.release_to(name, self.last_side),
                 None => {
-                    (self.lifted, self.grazes) = (Some(change.state().t()), None);
+                    (self.lifted_at, self.grazes_until) = (Some(change.state().t()), None);
                     change.release(name);
                 }
             },
             ComplementarityRule::Contact(_) if holds => {
-                (self.lifted, self.grazes) = (Some(change.state().t()), None);
+                (self.lifted_at, self.grazes_until) = (Some(change.state().t()), None);
                 change.release(name);
             }
-            ComplementarityRule::Contact(_) if self.grazes_at(change.state().t()) => change.catch(name),
-            // Friction takes no impulse: it goes on slipping.
-            ComplementarityRule::Stick { .. } if change.leaps_from(self.constraint, self.side) => {
-                change.release_to(name, -self.side)
+            ComplementarityRule::Contact(_) if self.grazes_at(change.state().t()) => {
+                change.engage_without_impact(name)
+            }
+            // The belt's speed has jumped past the slip. Friction takes no impulse: it continues to slip.
+            ComplementarityRule::Stick { .. } if change.slip_jumps_away(self.constraint, self.last_side) => {
+                change.release_to(name, -self.last_side)
             }
             ComplementarityRule::Stick { .. } if jumped => change.engage(name),
-            ComplementarityRule::Stick { .. } => change.catch(name),
+            ComplementarityRule::Stick { .. } => change.engage_without_impact(name),
             ComplementarityRule::Contact(_) => {
-                self.grazes = None;
+                self.grazes_until = None;
                 let rate = change.model().velocity_residual(change.state())[self.constraint.first];
                 if rate < 0.0 || !jumped {
-                    change.meet(self.constraint);
+                    change.close_at_gap_zero(self.constraint);
                 }
             }
         }
     }
 
-    /// Whether a constraint that has just been switched cannot stay as it is: a contact that would pull,
-    /// sticking that would break at once.
+    /// Whether a constraint that holds cannot stay so: a contact that would pull, sticking that would break
+    /// away.
     pub(crate) fn is_untenable<M: SimulationModel>(&self, state: &M::State, value: f64) -> bool {
         self.holds(state) && value < 0.0 && !self.grazes_at(state.t())
     }

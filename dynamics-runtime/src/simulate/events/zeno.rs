@@ -1,49 +1,65 @@
-//! Events that follow each other in ever shorter time.
+//! Zeno accumulation: events that follow each other in ever shorter intervals whose sum is finite.
+//!
+//! A bouncing ball has intervals that shrink by a constant ratio r, and the rest of the sum is r/(1 − r)
+//! times the last interval. A ball that is squeezed between walls has intervals in proportion to the square
+//! of the time that is left. An event function like sin eᵗ has shrinking intervals whose sum is infinite,
+//! and is no accumulation.
+//!
+//! `location.rs` notes each event here after its action. A contact that comes to rest below its rest speed
+//! closes before it accumulates, see `stabilization/contacts.rs`. Steps that shrink without events are found
+//! by `run/monitors/step_size_collapse.rs`.
 
 use alloc::string::String;
 
 use crate::math;
-use crate::simulate::failure::SimulationErrorKind as Fault;
+use crate::simulate::failure::SimulationErrorKind as Kind;
 
-/// Times in a row that an event may happen at one instant: contacts that touch together hit each other by
-/// turns.
-const MOST_AT_ONCE: u32 = 16;
+/// Times in a row that an event may happen at one instant. Contacts that touch together may hit each other by
+/// turns a few times; more repeats without end.
+const MAX_EVENTS_AT_ONE_INSTANT: u32 = 16;
 
-/// Power p of n from which on intervals that shrink as n⁻ᵖ are taken for ones that add up to a time. A chirp,
-/// sin eᵗ, has p = 1 and goes on for ever; what is squeezed has p = 2; what bounces has them shrink by a
-/// ratio, which is more than any power.
-const ADDS_UP: f64 = 1.5;
+/// Smallest power p for which intervals that shrink as n⁻ᵖ have a finite sum here. The zeros of sin eᵗ
+/// have p = 1 and no end; a squeezed ball has p = 2; a bouncing ball shrinks faster than any power. The bound
+/// is the middle of 1 and 2.
+const MIN_SUMMABLE_POWER: f64 = 1.5;
 
-/// Guards one event against accumulation: many resets in a row, each sooner than the one before, at last a
-/// millionth of the first interval apart, in intervals that add up to a time; or many at one instant.
+/// Intervals up to this many units in the last place of the time are one instant.
+const MAX_ULPS_OF_ONE_INSTANT: f64 = 16.0;
+/// Fewest intervals in a row, each shorter than the one before, that count as an accumulation.
+const MIN_SHRINKING_INTERVALS: u32 = 8;
+/// Last interval, in parts of the first one, below which shrinking intervals accumulate. A larger bound would
+/// find the end sooner, but also end motions whose events become rarer again.
+const ACCUMULATED_INTERVAL: f64 = 1e-6;
+
+/// Finds the accumulation of one event.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Zeno {
-    last: Option<f64>,
+    last_time: Option<f64>,
     first_interval: f64,
     interval: f64,
     shrinking: u32,
-    /// Two intervals before, each with its number: the last whose number is a power of two, and the one
-    /// before that.
+    /// Two earlier intervals with their numbers: the last whose number is a power of two, and the one before
+    /// that.
     marks: [(u32, f64); 2],
-    at_once: u32,
-    /// The speed with which a contact was hit where the intervals began to shrink.
+    events_at_instant: u32,
+    /// Speed of the hit at which the intervals began to shrink.
     first_speed: f64,
 }
 
 impl Zeno {
-    /// `speed`: that with which a contact is hit, 0 of other events. What comes to rest is hit ever more
-    /// slowly; what is squeezed between contacts that approach each other ever faster, in intervals as the
-    /// square of the time that is left.
-    pub(crate) fn note(&mut self, t: f64, h: f64, speed: f64, event: String) -> Result<(), Fault> {
-        let Some(last) = self.last.replace(t) else {
+    /// Notes an event at a time, in a step of size h, and returns an error where the events accumulate.
+    /// `speed` is that of a contact's hit, 0 for other events: hits of a ball that comes to rest become
+    /// slower, hits of a squeezed ball faster.
+    pub(crate) fn note_event(&mut self, t: f64, h: f64, speed: f64, event: String) -> Result<(), Kind> {
+        let Some(last_time) = self.last_time.replace(t) else {
             return Ok(());
         };
-        let interval = (t - last).abs();
-        if interval <= 16.0 * f64::EPSILON * t.abs() {
-            self.at_once += 1;
-            return match self.at_once < MOST_AT_ONCE {
+        let interval = (t - last_time).abs();
+        if interval <= MAX_ULPS_OF_ONE_INSTANT * f64::EPSILON * t.abs() {
+            self.events_at_instant += 1;
+            return match self.events_at_instant < MAX_EVENTS_AT_ONE_INSTANT {
                 true => Ok(()),
-                false => Err(Fault::EventsAccumulate { event, at: t, squeezed: false }),
+                false => Err(Kind::EventsAccumulate { event, at: t, squeezed: false }),
             };
         }
         if interval < self.interval {
@@ -56,22 +72,26 @@ impl Zeno {
             self.marks = [self.marks[1], (self.shrinking, interval)];
         }
         let ratio = interval / self.interval;
-        (self.interval, self.at_once) = (interval, 0);
-        if self.shrinking >= 8 && interval < 1e-6 * self.first_interval && self.power() > ADDS_UP {
+        (self.interval, self.events_at_instant) = (interval, 0);
+        if self.shrinking >= MIN_SHRINKING_INTERVALS
+            && interval < ACCUMULATED_INTERVAL * self.first_interval
+            && self.decay_power() > MIN_SUMMABLE_POWER
+        {
             let squeezed = speed > self.first_speed;
             let root = math::sqrt(ratio);
-            let left = match squeezed {
+            let time_left = match squeezed {
                 true => interval / ratio / (1.0 - root) - interval - interval / ratio,
                 false => interval * ratio / (1.0 - ratio),
             };
-            let left = if ratio < 1.0 { left } else { 0.0 };
-            return Err(Fault::EventsAccumulate { event, at: t + left.copysign(h), squeezed });
+            let time_left = if ratio < 1.0 { time_left } else { 0.0 };
+            return Err(Kind::EventsAccumulate { event, at: t + time_left.copysign(h), squeezed });
         }
         Ok(())
     }
 
-    /// With which power of their number intervals shrink, over at least the last half of them.
-    fn power(&self) -> f64 {
+    /// The power p of their number n with which intervals shrink, n⁻ᵖ, over at least the last half of
+    /// them.
+    fn decay_power(&self) -> f64 {
         let (number, interval) = self.marks[0];
         math::ln(interval / self.interval) / math::ln(f64::from(self.shrinking) / f64::from(number))
     }
@@ -84,8 +104,8 @@ mod tests {
     /// The number of the event, counted from 1, at which these times are found to accumulate, and where.
     fn found(times: impl Iterator<Item = f64>, speed: impl Fn(f64) -> f64) -> Option<(usize, f64)> {
         let mut zeno = Zeno::default();
-        times.enumerate().find_map(|(i, t)| match zeno.note(t, 1e-3, speed(t), "e".into()) {
-            Err(Fault::EventsAccumulate { at, .. }) => Some((i + 1, at)),
+        times.enumerate().find_map(|(i, t)| match zeno.note_event(t, 1e-3, speed(t), "e".into()) {
+            Err(Kind::EventsAccumulate { at, .. }) => Some((i + 1, at)),
             _ => None,
         })
     }

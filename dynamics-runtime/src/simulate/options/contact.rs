@@ -3,13 +3,14 @@
 /// The law of a unilateral contact: free where Φ > 0, pushed by λ > 0 where it is closed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    /// Coefficient of restitution e, 0 to 1: Φ̇⁺ = −e Φ̇⁻. Default 0: it closes at the first impact.
+    /// Coefficient of restitution e, 0 to 1: Φ̇⁺ = −e Φ̇⁻. Default 0: it closes at the first
+    /// impact.
     pub restitution: f64,
-    /// Speed of approach |Φ̇⁻| below which the contact closes instead of rebounding. Where it is not given, a
-    /// thousandth of the largest speed with which this contact was hit: what bounces on would have a
-    /// millionth of that impact's energy; and a tenth of it where the contact is back before it was seen to
-    /// move away, a hop that is shorter than steps resolve. The summary says how often, and at which speed. A
-    /// body that rocks from contact to contact comes to rest on them likewise.
+    /// Speed of approach |Φ̇⁻| below which the contact closes instead of rebounding. `None`: a thousandth
+    /// of the largest speed with which this contact was hit, as a slower rebound has less than a millionth of
+    /// that impact's energy. It is a tenth where the contact is hit again before it was seen to open: such a
+    /// hop is shorter than steps resolve. The summary reports how often this happened, and the largest such
+    /// speed. A body that rocks from contact to contact comes to rest by the same rule.
     pub rest_speed: Option<f64>,
 }
 

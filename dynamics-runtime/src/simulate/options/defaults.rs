@@ -1,13 +1,13 @@
-//! What a simulation does where its options do not say.
+//! Defaults of the options of a simulation.
 
-/// Nine digits: far below what a plot shows or a parameter is known to, at less than twice the cost of six
-/// with Verner 9(8).
+/// Default tolerance. Nine digits are far more than a plot shows or a parameter has, and cost less than twice
+/// as much as six with Verner 9(8).
 pub(crate) const DEFAULT_TOLERANCE: f64 = 1e-9;
 
-/// A million steps are a few hundred megabytes of motion at most, and minutes of work: beyond it something is
-/// wrong more often than not.
+/// Default limit of the number of steps. The motion of a million steps takes a few hundred megabytes at most,
+/// and minutes to compute. Runs with more steps are usually mistakes.
 pub(crate) const DEFAULT_MAX_STEPS: u64 = 1_000_000;
 
-/// A thousand times what a start may miss its constraints by: a picture still looks right, a number no longer
-/// is.
+/// Default drift limit, in parts of the size of the coordinates: a thousand times the violation that a start
+/// may have. Pictures of such a motion still look right, its numbers are wrong.
 pub(crate) const DEFAULT_DRIFT_LIMIT: f64 = 1e-3;

@@ -2,10 +2,12 @@
 
 use alloc::vec::Vec;
 
-/// Number of intervals in a span, with a millionth of one as slack: 10 / 0.1 must give the last of its 101
-/// times.
+/// Part of an interval by which rounding may shorten a span: 10 / 0.1 must give the last of its 101 times.
+const INTERVAL_SLACK: f64 = 1e-6;
+
+/// Number of intervals in a span.
 pub(crate) fn intervals(span: f64, interval: f64) -> u64 {
-    (span / interval + 1e-6) as u64
+    (span / interval + INTERVAL_SLACK) as u64
 }
 
 /// Times at equal intervals from the start, the end included where an interval ends there.

@@ -1,4 +1,8 @@
-//! The right-hand side as what integrators integrate.
+//! The right-hand side as the integrators see it: the traits of `integrate/system.rs`, one `impl` each.
+//!
+//! [`Accelerations`] evaluates q̇ and q̈, [`Stabilized`] projects, [`Switching`] holds branches,
+//! [`Canonical`] gives momenta and [`Expandable`] Taylor series. All work is done in `right_hand_side.rs` and
+//! [`crate::simulate::stabilization`].
 
 use crate::constrain::rank_margin::gradient_condition;
 use crate::integrate::{
@@ -7,7 +11,7 @@ use crate::integrate::{
 };
 use crate::lanes::Lanes;
 use crate::model::{Branches, Constraints, Expansion, Known, ModelState, Vector};
-use crate::simulate::right_hand_side::{EvaluationError, NEARLY_SINGULAR, RightHandSide};
+use crate::simulate::right_hand_side::{EvaluationError, NEARLY_SINGULAR_CONDITION, RightHandSide};
 
 impl<M: Constraints> Accelerations<M::Vector> for RightHandSide<'_, '_, M> {
     type Error = EvaluationError;
@@ -18,10 +22,10 @@ impl<M: Constraints> Accelerations<M::Vector> for RightHandSide<'_, '_, M> {
     fn accelerations(&mut self, t: f64, q: &M::Vector, u: &M::Vector) -> Result<M::Vector, EvaluationError> {
         if M::IS_FREE {
             let state = self.stage(t, &Phase { q: *q, u: *u })?;
-            self.show(&state);
+            self.notify_listener(&state);
             self.accelerations_of(&state)
         } else {
-            Ok(self.held_derivative(t, &Phase { q: *q, u: *u })?.u)
+            Ok(self.constrained_derivative(t, &Phase { q: *q, u: *u })?.u)
         }
     }
 
@@ -37,16 +41,15 @@ impl<M: Constraints> Accelerations<M::Vector> for RightHandSide<'_, '_, M> {
         by_state(at, by_q, by_u, |y| self.accelerations(at.t, &y.q, &y.u))
     }
 
-    /// q̇ is the velocity at which the accelerations are evaluated: where dependent velocities are solved
-    /// for, what was integrated of them must not move the coordinates.
+    /// q̇ is the velocity of the projected stage at which the accelerations are evaluated.
     #[inline(always)]
     fn derivative(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<Phase<M::Vector>, EvaluationError> {
         if M::IS_FREE {
             let state = self.stage(t, y)?;
-            self.show(&state);
+            self.notify_listener(&state);
             Ok(Phase { q: *state.u(), u: self.accelerations_of(&state)? })
         } else {
-            self.held_derivative(t, y)
+            self.constrained_derivative(t, y)
         }
     }
 
@@ -66,21 +69,21 @@ impl<M: Constraints> Accelerations<M::Vector> for RightHandSide<'_, '_, M> {
 
     #[inline(always)]
     fn begin_attempt(&mut self, start: &mut StepNode<M::Vector>, h: f64) -> Result<(), EvaluationError> {
-        if M::IS_FREE || !self.stabilization.is_tied() {
+        if M::IS_FREE || !self.stabilization.has_tied_gains() {
             return Ok(());
         }
-        self.push_back(start, h)
+        self.apply_tied_gains(start, h)
     }
 
     #[inline(always)]
     fn has_velocity_forces(&self) -> bool {
-        // What a law reads is not known.
+        // An input law may read velocities.
         M::VELOCITY_FORCES || self.law.is_some()
     }
 
     #[inline(always)]
     fn accept_step(&mut self) {
-        if let Some(by) = self.stabilization.moved.take() {
+        if let Some(by) = self.stabilization.latest_move.take() {
             self.stabilization.counts.note_move(by);
         }
     }
@@ -96,9 +99,9 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
     fn is_near_rank_loss(&mut self, start: &StepNode<M::Vector>, end: &StepNode<M::Vector>) -> bool {
         let between = zip(&start.y, &end.y, |a, b| 0.5 * (a + b));
         let places = [(start.t, &start.y), (0.5 * (start.t + end.t), &between), (end.t, &end.y)];
-        places
-            .iter()
-            .any(|(t, y)| gradient_condition(self.model, &self.state(*t, &y.q, &y.u)) >= NEARLY_SINGULAR)
+        places.iter().any(|(t, y)| {
+            gradient_condition(self.model, &self.state(*t, &y.q, &y.u)) >= NEARLY_SINGULAR_CONDITION
+        })
     }
 
     #[inline(always)]
@@ -108,7 +111,7 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
 
     #[inline(always)]
     fn project_stages(&mut self, on: bool, tolerances: &Tolerances) -> bool {
-        M::IS_HELD && self.stabilization.hold_stages(on, tolerances)
+        M::IS_HELD && self.stabilization.switch_stage_projection(on, tolerances)
     }
 
     fn error_after_projection(
@@ -121,7 +124,10 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
             return Ok(None);
         }
         let state = self.on_branches(&self.state(t, &y.q, &y.u));
-        self.stabilization.along(self.model, &state, error).map(Some).map_err(EvaluationError::Solve)
+        self.stabilization
+            .tangential_part(self.model, &state, error)
+            .map(Some)
+            .map_err(EvaluationError::Solve)
     }
 
     #[inline(always)]
@@ -134,7 +140,7 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
         if M::IS_FREE || !self.stabilization.projects() {
             return Ok(None);
         }
-        self.projected(t, y, tolerances).map(Some)
+        self.project_end(t, y, tolerances).map(Some)
     }
 
     fn project_position(
@@ -148,8 +154,10 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
         }
         let from = self.on_branches(&self.state(start.t, &start.y.q, &start.y.u));
         let mut end = self.state(start.t + h, q, &start.y.u);
-        self.held(&mut end, |stabilization, model, end| stabilization.move_along(model, &from, end))
-            .map_err(EvaluationError::Solve)?;
+        self.move_on_held_branches(&mut end, |stabilization, model, end| {
+            stabilization.project_positions_along(model, &from, end)
+        })
+        .map_err(EvaluationError::Solve)?;
         *q = *end.q();
         Ok(())
     }
@@ -166,7 +174,7 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
         }
         let state = self.on_branches(&self.state(t, &y.q, &y.u));
         let rows = if holonomic { M::Residual::LEN } else { M::Rows::LEN };
-        self.stabilization.across(self.model, &state, v, rows).map_err(EvaluationError::Solve)
+        self.stabilization.inadmissible_part(self.model, &state, v, rows).map_err(EvaluationError::Solve)
     }
 
     fn constraint_correction(
@@ -179,7 +187,7 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
             return Ok(M::Vector::zeros());
         }
         let state = self.on_branches(&self.state(t, &y.q, &y.u));
-        self.stabilization.onto(self.model, &state, rate).map_err(EvaluationError::Solve)
+        self.stabilization.correction_towards(self.model, &state, rate).map_err(EvaluationError::Solve)
     }
 }
 
@@ -194,8 +202,8 @@ impl<M: Constraints> Switching<M::Vector> for RightHandSide<'_, '_, M> {
         if M::IS_SMOOTH { None } else { self.first_kink(step, fails, &path) }
     }
 
-    /// A reaction has the accuracy of q̇ at least, and what is found is looked for again as the step ends
-    /// nearer to it.
+    /// Kinks of reactions are located between the ends of a step: a reaction is at least as accurate as q̇,
+    /// and the zero is located again as the step ends nearer to it.
     #[inline(always)]
     fn is_hermite_enough_for_kinks(&self) -> bool {
         M::KINKS == 0
@@ -210,7 +218,7 @@ impl<M: Constraints> Switching<M::Vector> for RightHandSide<'_, '_, M> {
     ) -> Result<BranchHold, EvaluationError> {
         match (M::KINKS, M::REACTION_KINKS, on) {
             (0, 0, _) | (0, _, false) => Ok(BranchHold::Free),
-            // There is nothing to hold, but a place to end at.
+            // Kinks of reactions have no branches to hold, but a zero at which a step ends.
             (0, _, true) => Ok(BranchHold::Same),
             _ => self.follow_branches(start, h, on),
         }
@@ -218,7 +226,7 @@ impl<M: Constraints> Switching<M::Vector> for RightHandSide<'_, '_, M> {
 
     #[inline(always)]
     fn release_branches(&mut self) {
-        (self.branches, self.known) = (Branches::FREE, Branches::FREE);
+        (self.held_branches, self.acceleration_branches) = (Branches::FREE, Branches::FREE);
     }
 }
 
@@ -263,11 +271,11 @@ impl<M: Constraints> Expandable<M::Vector> for RightHandSide<'_, '_, M> {
         y: &Phase<M::Vector>,
     ) -> Result<M::Vector, EvaluationError> {
         // A held branch may not exist there: see `accelerations_of`.
-        if self.law.is_some() || M::IS_HELD || self.branches != Branches::FREE {
+        if self.law.is_some() || M::IS_HELD || self.held_branches != Branches::FREE {
             return self.accelerations(t, &y.q, &y.u);
         }
         self.evaluations += 1;
-        let (state, memory) = (self.state(t, &y.q, &y.u), self.memory.get_or_insert_default());
+        let (state, memory) = (self.state(t, &y.q, &y.u), self.series_memory.get_or_insert_default());
         self.model.begin_series(self.constants, &state, memory).map_err(EvaluationError::Solve)
     }
 
@@ -287,7 +295,7 @@ impl<M: Constraints> Expandable<M::Vector> for RightHandSide<'_, '_, M> {
         }
         let state = self.state(t, &y.q, &y.u);
         (q[0], u[0]) = (y.q, y.u);
-        let (held, memory) = (self.on_branches(&state), self.memory.get_or_insert_default());
+        let (held, memory) = (self.on_branches(&state), self.series_memory.get_or_insert_default());
         if self.model.series(self.constants, &held, a, scale, [q, u], memory) {
             Ok(true)
         } else {

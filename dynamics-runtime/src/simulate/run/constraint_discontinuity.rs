@@ -1,12 +1,16 @@
-//! Corners of what holds by a rule: a contact whose floor starts to move, what sticks to a belt whose speed
-//! jumps.
+//! Constraint discontinuities (corners): a kink of the model at which a closed contact or a sticking
+//! constraint changes, as a floor that starts to move, or a belt whose speed jumps.
 //!
-//! A constraint that asks for a jump of velocities takes an impact, and does not say which. Where it is a
-//! contact, its law does: Newton's, of the velocity at which the other side of the corner meets the body; and
-//! where the corner falls away, it opens. What sticks has friction for its force, which gives no impulse: it
-//! slips, to the side of the velocity that it has there. A step ends just before the corner, on the branches
-//! that it began with, and the motion goes on from just behind it; a fixed step that meets one is made again,
-//! to end there.
+//! A constraint that requires a jump of velocities needs an impact law. Contacts have one: they are struck
+//! with the velocity of the other side of the corner, or open if that falls away. Sticking has friction as
+//! its force, which gives no impulse: the constraint slips, in the direction of its velocity behind the
+//! corner. A constraint without such a rule is left to the next step, which reports the discontinuity.
+//!
+//! The step ends just before the corner, on the branches with which it began
+//! ([`RunState::end_before_corner`]), and the motion continues just behind it ([`RunState::pass_corner`]). A
+//! fixed step that meets a corner is made again to end there ([`RunState::advance`]). Kinks themselves are
+//! located in `right_hand_side/switching_functions.rs`. Rest in a corner is found in
+//! `events/contact_corner.rs`.
 
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -19,28 +23,29 @@ use crate::linalg::max_abs;
 use crate::model::{Branches, Constraint, Known, ModelState, SimulationModel, Vector};
 use crate::simulate::events::action::EventAction;
 use crate::simulate::events::contact_corner;
-use crate::simulate::events::location::Flow;
+use crate::simulate::events::rules::Flow;
 use crate::simulate::failure::{JumpingQuantity, SimulationErrorKind as Kind};
 use crate::simulate::right_hand_side::RightHandSide;
 use crate::simulate::run::RunState;
-use crate::simulate::run::event_handling::check_reset;
+use crate::simulate::run::event_handling::check_reset_state;
 use crate::simulate::run::failure::RunFailure;
 use crate::simulate::run::plan::RunPlan;
 use crate::simulate::run::sinks::Sink;
 use crate::simulate::trajectory::record::EventRecord;
 
-/// Jumps of what a row asks for above this part of 1 + |q| or 1 + |q̇| are no rounding.
-const JUMPS: f64 = 1e-10;
-/// Time that a motion that rests in a corner does so at least, in parts of 1 + |t|.
-const RESTS: f64 = 1e-3;
-/// Stages of a fixed step lie within so many times its size.
-const STAGES: f64 = 1.1;
-/// Attempts to end a step just before a corner, each farther from it than the one before by [`FARTHER`].
-const MOST_ATTEMPTS: usize = 8;
-/// See [`MOST_ATTEMPTS`].
-const FARTHER: f64 = 16.0;
+/// Smallest jump of a row, as a distance in parts of 1 + |q| or 1 + |q̇|, that is not rounding.
+const MIN_ROW_JUMP: f64 = 1e-10;
+/// Time, in parts of 1 + |t|, for which a motion that rests in a corner stays there with its velocities. It
+/// distinguishes rest from passing through the corner.
+const CORNER_REST_TIME: f64 = 1e-3;
+/// Stages of a fixed step lie within this many step sizes of its start.
+const STAGE_REACH: f64 = 1.1;
+/// Most attempts to end a step just before a corner, each farther from it by [`BACKOFF_FACTOR`].
+const MAX_SHORTENINGS: usize = 8;
+/// See [`MAX_SHORTENINGS`].
+const BACKOFF_FACTOR: f64 = 16.0;
 
-/// How a constraint that holds by a rule meets its corner.
+/// What a unilateral constraint does at a corner.
 #[derive(Clone, Copy, PartialEq)]
 enum CornerKind {
     /// It slips, to this side.
@@ -49,48 +54,48 @@ enum CornerKind {
     Opens,
     /// It is struck.
     Struck,
-    /// It is met from the side: its gap jumps to this.
-    Met(f64),
+    /// Its gap jumps to this negative value: the body meets the ground from the side. That is an error.
+    MetFromSide(f64),
 }
 
-/// A unilateral constraint at its corner: the index of its function.
+/// A unilateral constraint at a corner, with the index of its event function.
 #[derive(Clone, Copy)]
 struct CornerEvent {
     index: usize,
     constraint: &'static Constraint,
-    way: CornerKind,
+    kind: CornerKind,
 }
 
 impl CornerEvent {
     /// The row that is met from the side, and its gap.
-    fn meets(&self) -> Option<(usize, f64)> {
-        if let CornerKind::Met(gap) = self.way { Some((self.constraint.first, gap)) } else { None }
+    fn met_gap(&self) -> Option<(usize, f64)> {
+        if let CornerKind::MetFromSide(gap) = self.kind { Some((self.constraint.first, gap)) } else { None }
     }
 }
 
-/// What a row asks for jumps by so much, 0 where it does not.
-struct Jump {
+/// A jump of a row: of its positions and of its velocities, 0 where it does not jump.
+struct RowJump {
     row: usize,
     position: f64,
     velocity: f64,
-    /// Φ̇ or A q̇ + b behind it.
+    /// Φ̇ or A q̇ + b behind the jump.
     after: f64,
 }
 
 impl<M: SimulationModel> RunState<'_, '_, '_, M> {
-    /// Where a motion rests in a corner of a constraint steps come back to it, ever shorter, or leave it to a
-    /// side that nothing chose.
-    pub(crate) fn rests_in_corner(&mut self) -> Option<Kind> {
+    /// An error where the motion rests in a corner of a constraint without a rule. Its steps would return to
+    /// the corner, ever shorter, or leave it to an undetermined side.
+    pub(crate) fn find_rest_in_corner(&mut self) -> Option<Kind> {
         if !M::HAS_KINKS || M::IS_FREE {
             return None;
         }
-        let now = self.now();
-        let mut later = at_time(&now, now.t() + RESTS * (1.0 + now.t().abs()));
+        let now = self.current_state();
+        let mut later = at_time(&now, now.t() + CORNER_REST_TIME * (1.0 + now.t().abs()));
         (0..M::Vector::LEN).for_each(|i| later.q_mut()[i] += (later.t() - now.t()) * now.u()[i]);
         let RunPlan { rhs, locator, .. } = &mut *self.plan;
-        let ruled =
+        let has_rule =
             |row: &usize| locator.unilaterals().any(|(_, unilateral)| unilateral.constraint.first == *row);
-        let rows = active_rows::<M>(now.modes(), true).filter(|row| !ruled(row));
+        let rows = active_rows::<M>(now.modes(), true).filter(|row| !has_rule(row));
         let stabilization = (rhs.constants, &mut rhs.stabilization);
         let (row, leads_away) = contact_corner::rests_in(rhs.model, stabilization, [&now, &later], rows)?;
         Some(Kind::RestsInCorner { row: M::ROWS[row].name, leads_away })
@@ -99,27 +104,28 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
     /// The next step. One of fixed size that meets a corner ends there.
     #[inline]
     pub(crate) fn advance(&mut self) -> Result<Step<M::Vector>, RunFailure> {
-        // Only unilateral constraints have rules for corners.
+        // A model without switched constraints has no rules for corners.
         if M::IS_UNSWITCHED {
             return self.stepper.step(&mut self.plan.rhs, self.plan.end).map_err(RunFailure::of_step::<M>);
         }
         match self.plan.options.fixed {
-            Some(h) if M::HAS_KINKS && self.follows_corners() => self.advance_by(h),
+            Some(h) if M::HAS_KINKS && self.has_corner_rules() => self.advance_fixed_step(h),
             _ => self.stepper.step(&mut self.plan.rhs, self.plan.end).map_err(RunFailure::of_step::<M>),
         }
     }
 
+    /// A fixed step that ends at a corner if it meets one.
     #[cold]
-    fn advance_by(&mut self, h: f64) -> Result<Step<M::Vector>, RunFailure> {
+    fn advance_fixed_step(&mut self, h: f64) -> Result<Step<M::Vector>, RunFailure> {
         let start = *self.stepper.now();
-        // Stages may stand beyond a corner that the end does not reach.
-        let holds = self.meets_corner(&start, &ahead(&start, STAGES * h));
-        if holds {
+        // A stage may lie behind a corner that the end of the step does not reach.
+        let corner_expected = self.meets_corner(&start, &extrapolated(&start, STAGE_REACH * h));
+        if corner_expected {
             self.stepper.end_at_branch(None);
         }
         let made = self.stepper.step(&mut self.plan.rhs, self.plan.end).map_err(RunFailure::of_step::<M>);
         let meets = match &made {
-            Ok(step) if !holds => self.meets_corner(&start, &step.end),
+            Ok(step) if !corner_expected => self.meets_corner(&start, &step.end),
             _ => false,
         };
         if !meets {
@@ -129,8 +135,8 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
         self.stepper.step(&mut self.plan.rhs, self.plan.end).map_err(RunFailure::of_step::<M>)
     }
 
-    /// Whether there is a constraint that has a rule for its corners.
-    fn follows_corners(&self) -> bool {
+    /// Whether a constraint has a rule for corners now: a closed contact, or any that sticks and slips.
+    fn has_corner_rules(&self) -> bool {
         let modes = self.plan.rhs.modes;
         self.plan
             .locator
@@ -138,32 +144,31 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
             .any(|(_, unilateral)| !unilateral.is_contact() || unilateral.holds_in(modes))
     }
 
-    /// Whether a constraint that holds by a rule asks for something else on the branches on which a step ends
-    /// than on those on which it began.
+    /// Whether a constraint with a rule differs between the branches at the start and at the end of a step.
     #[cold]
     fn meets_corner(&mut self, start: &StepNode<M::Vector>, end: &StepNode<M::Vector>) -> bool {
         let (rhs, h) = (&self.plan.rhs, end.t - start.t);
         let (before, after) = (rhs.branches_after(start, h), rhs.branches_after(end, h));
         let state = rhs.state(end.t, &end.y.q, &end.y.u);
-        // One after the other: what two of them change may be the same again.
+        // Each changed branch by itself: two changes may cancel.
         let mut changed = (0..M::KINKS).filter(|i| before.holds(*i) && !after.agrees(before.alone(*i)));
         changed.any(|i| {
             let mut one = before;
             one.hold(i, !before.below(i, false));
-            self.rule_jumps(&state, before, one)
-        }) || !before.agrees(after) && self.rule_jumps(&state, before, after)
+            self.needs_corner_rule(&state, before, one)
+        }) || !before.agrees(after) && self.needs_corner_rule(&state, before, after)
     }
 
-    /// Whether a constraint that holds by a rule asks for something else at a state on other branches.
-    fn rule_jumps(&mut self, state: &M::State, before: Branches, after: Branches) -> bool {
-        let (mut held, mut beyond) = (*state, *state);
-        held.hold(before);
-        beyond.hold(after);
-        self.turns(&held, &beyond).is_none_or(|turns| !turns.is_empty())
+    /// Whether a constraint with a rule differs at a state between two sets of branches.
+    fn needs_corner_rule(&mut self, state: &M::State, before: Branches, after: Branches) -> bool {
+        let (mut on_before, mut on_after) = (*state, *state);
+        on_before.hold(before);
+        on_after.hold(after);
+        self.corner_events(&on_before, &on_after).is_none_or(|corner_events| !corner_events.is_empty())
     }
 
-    /// Ends a step that has come just behind a corner just before it, as a rule knows how to go on there: the
-    /// branches behind it.
+    /// Shortens a step that ended just behind a corner to end just before it, if a rule applies there.
+    /// Returns the branches behind the corner.
     #[inline]
     pub(crate) fn end_before_corner(
         &mut self,
@@ -173,43 +178,44 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
             || M::IS_SMOOTH
             || !step.kept.branches
             || step.end.t == self.plan.end
-            || !self.follows_corners()
+            || !self.has_corner_rules()
         {
             return Ok(None);
         }
         let rhs = &self.plan.rhs;
         let (before, after) =
-            (rhs.branches, rhs.branches_after(&step.end, self.stepper.statistics().proposed));
-        if before.agrees(after) { Ok(None) } else { self.end_before(step, before, after) }
+            (rhs.held_branches, rhs.branches_after(&step.end, self.stepper.statistics().proposed));
+        if before.agrees(after) { Ok(None) } else { self.shorten_before_corner(step, before, after) }
     }
 
+    /// Shortens the step by growing times until its end lies on the branches before the corner.
     #[cold]
-    fn end_before(
+    fn shorten_before_corner(
         &mut self,
         step: &mut Step<M::Vector>,
         before: Branches,
         after: Branches,
     ) -> Result<Option<Branches>, RunFailure> {
         let whole = *step;
-        let state = self.now();
-        if !self.rule_jumps(&state, before, after) {
+        let state = self.current_state();
+        if !self.needs_corner_rule(&state, before, after) {
             return Ok(None);
         }
-        let Some((_, off)) = self.plan.rhs.shifted_onto(&state, before, -1.0) else { return Ok(None) };
-        let mut back = 2.0 * off;
-        for _ in 0..MOST_ATTEMPTS {
+        let Some((_, shift)) = self.plan.rhs.shifted_onto(&state, before, -1.0) else { return Ok(None) };
+        let mut back = 2.0 * shift;
+        for _ in 0..MAX_SHORTENINGS {
             let end_t = whole.end.t - back;
             if end_t <= whole.start.t {
                 break;
             }
             let Ok(shorter) = self.stepper.shorten(&mut self.plan.rhs, &whole, end_t) else { break };
             *step = shorter;
-            if self.plan.rhs.is_on(&self.now(), before) {
+            if self.plan.rhs.is_on_branches(&self.current_state(), before) {
                 return Ok(Some(after));
             }
-            back *= FARTHER;
+            back *= BACKOFF_FACTOR;
         }
-        // As far as it went, it says what it has met.
+        // No end before the corner was found: keep the whole step. The next one reports the discontinuity.
         *step = self
             .stepper
             .shorten(&mut self.plan.rhs, &whole, whole.end.t)
@@ -217,9 +223,9 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
         Ok(None)
     }
 
-    /// Goes on behind a corner just before which the motion stands.
+    /// Continues behind a corner just before which the last step has ended.
     #[cold]
-    pub(crate) fn turn_corner(
+    pub(crate) fn pass_corner(
         &mut self,
         sink: &mut dyn Sink<M>,
         after: Branches,
@@ -228,43 +234,48 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
         if M::IS_UNSWITCHED {
             return Ok(Flow::Continue);
         }
-        let at = |kind| RunFailure { kind, h };
-        let now = self.now();
+        let failure = |kind| RunFailure { kind, h };
+        let now = self.current_state();
         let Some((behind, _)) = self.plan.rhs.shifted_onto(&now, after, 1.0) else {
             return Ok(Flow::Continue);
         };
-        let before = self.plan.rhs.branches;
+        let before = self.plan.rhs.held_branches;
         if self.plan.rhs.is_cut_between(&now, before, after) {
-            // Where an angle jumps by a turn nothing that moves does: the next step says what it meets.
+            // An angle jumps by 2π at its branch cut while nothing moves. The next step reports the
+            // discontinuity.
             return Ok(Flow::Continue);
         }
-        // One state on both branches: what bends is no corner, however far apart the two states are at late
-        // times.
-        let (mut held, mut beyond) = (now, now);
-        held.hold(before);
-        beyond.hold(after);
-        let turns = self.turns(&held, &beyond).unwrap_or_default();
-        if turns.is_empty() {
+        // Compare one state on both branches: the states before and behind differ by more than rounding at
+        // late times, and a bend would look like a corner.
+        let (mut on_before, mut on_after) = (now, now);
+        on_before.hold(before);
+        on_after.hold(after);
+        let corner_events = self.corner_events(&on_before, &on_after).unwrap_or_default();
+        if corner_events.is_empty() {
             return Ok(Flow::Continue);
         }
-        if let Some((row, gap)) = turns.iter().find_map(CornerEvent::meets) {
-            return Err(at(Kind::ContactJumps { row: M::ROWS[row].name, gap }));
+        if let Some((row, gap)) = corner_events.iter().find_map(CornerEvent::met_gap) {
+            return Err(failure(Kind::ContactJumps { row: M::ROWS[row].name, gap }));
         }
-        let mut left = behind;
-        let events = self.turned(&turns, &now, &behind, &mut left).map_err(at)?;
-        let crossing =
-            |turn: &CornerEvent| Crossing { index: turn.index, theta: 1.0, direction: Direction::Falling };
-        self.plan.locator.found = turns.iter().map(crossing).collect();
-        let place = self.plan.rhs.state(now.t(), now.q(), left.u());
-        self.conclude(sink, (behind, left), events, (0, Some(&place), h))
+        let mut after_events = behind;
+        let events =
+            self.apply_corner_events(&corner_events, &now, &behind, &mut after_events).map_err(failure)?;
+        let crossing = |corner: &CornerEvent| Crossing {
+            index: corner.index,
+            theta: 1.0,
+            direction: Direction::Falling,
+        };
+        self.plan.locator.found = corner_events.iter().map(crossing).collect();
+        let place = self.plan.rhs.state(now.t(), now.q(), after_events.u());
+        self.continue_after_actions(sink, (behind, after_events), events, (0, Some(&place), h))
     }
 
-    /// What is to be done at a corner between two states; `None` where it is one of a constraint without a
-    /// rule, so that the next step says what it meets.
-    fn turns(&mut self, now: &M::State, behind: &M::State) -> Option<Vec<CornerEvent>> {
+    /// What unilateral constraints do at a corner between two states. `None` if a constraint without a rule
+    /// jumps there, which the next step reports.
+    fn corner_events(&mut self, now: &M::State, behind: &M::State) -> Option<Vec<CornerEvent>> {
         let RunPlan { rhs, locator, .. } = &mut *self.plan;
-        let mut turns = Vec::new();
-        for Jump { row, position, velocity, after } in jumps(rhs, now, behind) {
+        let mut corner_events = Vec::new();
+        for RowJump { row, position, velocity, after } in row_jumps(rhs, now, behind) {
             let Some((index, unilateral)) =
                 locator.unilaterals().find(|(_, unilateral)| unilateral.constraint.first == row)
             else {
@@ -273,107 +284,111 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
                 }
                 continue;
             };
-            let way = match (unilateral.is_contact(), unilateral.holds(now)) {
+            let kind = match (unilateral.is_contact(), unilateral.holds(now)) {
                 (false, true) => CornerKind::Slips(velocity.signum()),
-                // What slips to the other side from there.
+                // A slipping constraint whose slip jumps to the other side.
                 (false, false) if velocity != 0.0 && after * unilateral.side_of(now) < 0.0 => {
                     CornerKind::Slips(after.signum())
                 }
                 (_, false) => continue,
-                (true, true) if position < 0.0 => CornerKind::Met(position),
+                (true, true) if position < 0.0 => CornerKind::MetFromSide(position),
                 (true, true) if position > 0.0 || velocity > 0.0 => CornerKind::Opens,
                 (true, true) => CornerKind::Struck,
             };
-            turns.push(CornerEvent { index, constraint: unilateral.constraint, way });
+            corner_events.push(CornerEvent { index, constraint: unilateral.constraint, kind });
         }
-        Some(turns)
+        Some(corner_events)
     }
 
-    /// Does what is to be done at a corner; the events of it.
-    fn turned(
+    /// Applies the rules at a corner, and returns the events.
+    fn apply_corner_events(
         &mut self,
-        turns: &[CornerEvent],
+        corner_events: &[CornerEvent],
         now: &M::State,
         behind: &M::State,
-        left: &mut M::State,
+        after_events: &mut M::State,
     ) -> Result<Vec<EventRecord<M::State>>, Kind> {
         let RunPlan { rhs, locator, .. } = &mut *self.plan;
-        let name = |turn: &CornerEvent| String::from(locator.name(turn.index));
-        for CornerEvent { index, way, .. } in turns {
-            let side = if let CornerKind::Slips(side) = way { *side } else { 1.0 };
+        let name = |corner: &CornerEvent| String::from(locator.name(corner.index));
+        for CornerEvent { index, kind, .. } in corner_events {
+            let side = if let CornerKind::Slips(side) = kind { *side } else { 1.0 };
             let (_, unilateral) =
                 locator.unilaterals().find(|(known, _)| known == index).expect("found among them");
-            unilateral.let_go(left, side);
+            unilateral.release(after_events, side);
         }
-        let mut change = EventAction::new(rhs.model, rhs.constants, *behind, left, &mut rhs.stabilization);
-        for turn in turns.iter().filter(|turn| turn.way == CornerKind::Struck) {
-            // One that is struck may be hit along with another one.
-            if rhs.model.velocity_residual(change.state())[turn.constraint.first] < 0.0 {
-                change.close(turn.constraint);
+        let mut change =
+            EventAction::new(rhs.model, rhs.constants, *behind, after_events, &mut rhs.stabilization);
+        for corner in corner_events.iter().filter(|corner| corner.kind == CornerKind::Struck) {
+            // It may have been hit already together with another one.
+            if rhs.model.velocity_residual(change.state())[corner.constraint.first] < 0.0 {
+                change.close(corner.constraint);
             }
         }
-        let event = name(&turns[0]);
+        let event = name(&corner_events[0]);
         let mut impacts = change
             .finish()
             .map_err(|error| Kind::EventAction { event: event.clone(), error: Box::new(error) })?;
-        check_reset::<M>(&event, behind, left)?;
-        let records = turns.iter().map(|turn| EventRecord {
-            name: name(turn),
-            index: turn.index,
+        check_reset_state::<M>(&event, behind, after_events)?;
+        let records = corner_events.iter().map(|corner| EventRecord {
+            name: name(corner),
+            index: corner.index,
             direction: Direction::Falling,
             before: *behind,
-            after: *left,
-            impacts: if turn.way == CornerKind::Struck { core::mem::take(&mut impacts) } else { Vec::new() },
+            after: *after_events,
+            impacts: if corner.kind == CornerKind::Struck {
+                core::mem::take(&mut impacts)
+            } else {
+                Vec::new()
+            },
             stopped: false,
         });
         let records: Vec<_> = records.collect();
-        let thrown = rhs.state(now.t(), now.q(), left.u());
-        let rates = rhs.model.velocity_residual(&thrown);
-        for CornerEvent { constraint, way, .. } in turns {
-            // The face along which it came is in the way, too: what each of the two gives the corner does not
-            // say.
-            if *way == CornerKind::Struck
-                && rates[constraint.first] <= JUMPS * (1.0 + max_abs(left.u().as_slice()))
+        let state_behind = rhs.state(now.t(), now.q(), after_events.u());
+        let rates = rhs.model.velocity_residual(&state_behind);
+        for CornerEvent { constraint, kind, .. } in corner_events {
+            // The body still meets the face along which it came. How the impulse divides between the two
+            // faces is undetermined.
+            if *kind == CornerKind::Struck
+                && rates[constraint.first] <= MIN_ROW_JUMP * (1.0 + max_abs(after_events.u().as_slice()))
             {
                 let (row, jump) = (M::ROWS[constraint.first].name, rates[constraint.first]);
                 let (what, cause) = (JumpingQuantity::Velocities, Box::new(Kind::EventRepeats { event }));
                 return Err(Kind::ConstraintJumps { row, what, jump, cause });
             }
         }
-        self.put(&event, behind, left)?;
+        self.make_consistent(&event, behind, after_events)?;
         Ok(records)
     }
 }
 
-/// The step that goes on as it is accelerated at its start.
-fn ahead<V: Vector>(start: &StepNode<V>, h: f64) -> StepNode<V> {
-    let rates = Phase { q: zip_vectors(&start.y.u, &start.a, 0.5 * h), u: start.a };
+/// The end of a step of size h with constant acceleration.
+fn extrapolated<V: Vector>(start: &StepNode<V>, h: f64) -> StepNode<V> {
+    let rates = Phase { q: plus_scaled(&start.y.u, &start.a, 0.5 * h), u: start.a };
     StepNode { t: start.t + h, y: zip(&start.y, &rates, |y, rate| y + h * rate), a: start.a }
 }
 
 /// x + factor y.
-fn zip_vectors<V: Vector>(x: &V, y: &V, factor: f64) -> V {
+fn plus_scaled<V: Vector>(x: &V, y: &V, factor: f64) -> V {
     let mut sum = *x;
     (0..V::LEN).for_each(|i| sum[i] += factor * y[i]);
     sum
 }
 
-/// The rows that ask for something else at the second of two states that are the same but for rounding, and
-/// for the branches by which they are judged.
-fn jumps<M: SimulationModel>(
+/// The rows that jump between two states which differ by rounding and by their branches alone.
+fn row_jumps<M: SimulationModel>(
     rhs: &mut RightHandSide<'_, '_, M>,
     one: &M::State,
     other: &M::State,
-) -> Vec<Jump> {
+) -> Vec<RowJump> {
     let model = rhs.model;
     let [(p, v), (r, w)] = [one, other].map(|state| (model.residual(state), model.velocity_residual(state)));
-    let [of_q, of_u] = [one.q(), one.u()].map(|values| JUMPS * (1.0 + max_abs(values.as_slice())));
+    let [of_q, of_u] = [one.q(), one.u()].map(|values| MIN_ROW_JUMP * (1.0 + max_abs(values.as_slice())));
     let gradients = rhs.stabilization.gradients(model, other);
     let jumps = (0..M::Rows::LEN).filter_map(|row| {
         let far = |jump: f64, least: f64| if gradients.distance(row, jump) > least { jump } else { 0.0 };
         let position = if row < M::Residual::LEN { far(r[row] - p[row], of_q) } else { 0.0 };
         let velocity = far(w[row] - v[row], of_u);
-        (position != 0.0 || velocity != 0.0).then_some(Jump { row, position, velocity, after: w[row] })
+        (position != 0.0 || velocity != 0.0).then_some(RowJump { row, position, velocity, after: w[row] })
     });
     jumps.collect()
 }

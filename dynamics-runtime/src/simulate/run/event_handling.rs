@@ -1,4 +1,9 @@
-//! What happens at an event: actions, what they leave, and how the motion goes on from there.
+//! What happens at an event: actions are applied, and the motion restarts from the state that they leave.
+//!
+//! [`RunState::apply_actions`] applies the rules of all crossings at this instant (`events/location.rs`,
+//! `events/action.rs`). The state is checked and made consistent with the constraints; unilateral constraints
+//! that cannot stay as they are switch again; the stepper restarts. Where the step ends that leads here is
+//! decided in `event_steps.rs`.
 
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -7,7 +12,7 @@ use alloc::vec::Vec;
 use crate::integrate::{Crossing, Direction, Phase};
 use crate::model::{Known, ModelState, SimulationModel, Vector};
 use crate::simulate::events::action::EventAction;
-use crate::simulate::events::location::Flow;
+use crate::simulate::events::rules::Flow;
 use crate::simulate::events::slip_direction;
 use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::run::RunState;
@@ -18,48 +23,53 @@ use crate::simulate::run::sinks::Sink;
 use crate::simulate::trajectory::record::{EventRecord, Record};
 
 impl<M: SimulationModel> RunState<'_, '_, '_, M> {
-    /// Calls the actions at the state reached and goes on from what they leave.
-    pub(crate) fn act(&mut self, sink: &mut dyn Sink<M>, acting: usize, h: f64) -> Result<Flow, RunFailure> {
-        let at = |kind| RunFailure { kind, h };
-        let before = self.now();
+    /// Applies the actions at the current state, and continues from the state that they leave.
+    pub(crate) fn apply_actions(
+        &mut self,
+        sink: &mut dyn Sink<M>,
+        acting: usize,
+        h: f64,
+    ) -> Result<Flow, RunFailure> {
+        let failure = |kind| RunFailure { kind, h };
+        let before = self.current_state();
         let mut after = before;
         let crossings: Vec<Crossing> = self.plan.locator.found[acting..].to_vec();
         let mut events = Vec::with_capacity(crossings.len());
         for crossing in &crossings {
-            events.push(self.change(crossing, &before, &mut after).map_err(at)?);
+            events.push(self.act_on_crossing(crossing, &before, &mut after).map_err(failure)?);
         }
-        self.conclude(sink, (before, after), events, (acting, None, h))
+        self.continue_after_actions(sink, (before, after), events, (acting, None, h))
     }
 
-    /// Goes on from a state that actions left, of another one, with the events so far. `place`: where they
-    /// happened, if they left a state beyond it.
-    pub(crate) fn conclude(
+    /// Continues from the state `after` that actions made of the state `before`, and gives the events to the
+    /// sink. `place` is the state at which they happened, if the state after lies beyond it.
+    pub(crate) fn continue_after_actions(
         &mut self,
         sink: &mut dyn Sink<M>,
         (before, mut after): (M::State, M::State),
         mut events: Vec<EventRecord<M::State>>,
         (acting, place, h): (usize, Option<&M::State>, f64),
     ) -> Result<Flow, RunFailure> {
-        let at = |kind| RunFailure { kind, h };
-        self.switch_back(&mut after, &mut events).map_err(at)?;
+        let failure = |kind| RunFailure { kind, h };
+        self.switch_untenable(&mut after, &mut events).map_err(failure)?;
         let flow = if events.iter().any(|event| event.stopped) { Flow::Stop } else { Flow::Continue };
         if before != after {
-            self.go_on_from(sink, &before, &after)?;
+            self.restart_from(sink, &before, &after)?;
         }
-        // With an inputs law the state after carries what the law says of it.
-        let resumed = self.now();
+        // The state after has the inputs of the law, if there is one.
+        let resumed = self.current_state();
         if let Some(last) = events.last_mut() {
             last.after = resumed;
         }
         events.into_iter().for_each(|event| sink.event(event));
         if flow == Flow::Continue {
-            self.plan.locator.resume(acting, &before, &resumed, place, h).map_err(at)?;
+            self.plan.locator.continue_after_actions(acting, &before, &resumed, place, h).map_err(failure)?;
         }
         Ok(flow)
     }
 
-    /// Calls the actions of a crossing.
-    fn change(
+    /// Applies the actions of one crossing.
+    fn act_on_crossing(
         &mut self,
         crossing: &Crossing,
         before: &M::State,
@@ -69,47 +79,52 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
         let name: String = locator.name(crossing.index).into();
         let from = *after;
         let change = EventAction::new(rhs.model, rhs.constants, *before, after, &mut rhs.stabilization);
-        let mut change = change.after(options);
-        let stopped = locator.act(crossing, &mut change);
+        let mut change = change.at_end_of_steps(options);
+        let stopped = locator.apply_rules(crossing, &mut change);
         let impacts = change
             .finish()
             .map_err(|error| Kind::EventAction { event: name.clone(), error: Box::new(error) })?;
-        check_reset::<M>(&name, before, after)?;
-        self.put(&name, &from, after)?;
+        check_reset_state::<M>(&name, before, after)?;
+        self.make_consistent(&name, &from, after)?;
         let Crossing { index, direction, .. } = *crossing;
         Ok(EventRecord { name, index, direction, before: from, after: *after, impacts, stopped })
     }
 
-    /// What slipped before a change slips to the side of its velocity after it; and the state that it left is
-    /// put onto the constraints.
-    pub(crate) fn put(&mut self, event: &str, from: &M::State, after: &mut M::State) -> Result<(), Kind> {
+    /// Makes the state that an action left consistent: released friction constraints get the side of their
+    /// slip, and the state is checked against the constraints and projected.
+    pub(crate) fn make_consistent(
+        &mut self,
+        event: &str,
+        from: &M::State,
+        after: &mut M::State,
+    ) -> Result<(), Kind> {
         let RunPlan { rhs, locator, .. } = &mut *self.plan;
         for (_, unilateral) in locator.unilaterals() {
-            unilateral.turn(from.modes(), rhs.model, after, &mut rhs.stabilization);
+            unilateral.align_slip_side(from.modes(), rhs.model, after, &mut rhs.stabilization);
         }
         if M::IS_UNSWITCHED {
             // Nothing slips.
         } else if from != after {
-            for slipping in slip_direction::unfollowed::<M>(
+            for slipping in slip_direction::without_rule::<M>(
                 after.modes(),
                 locator.unilaterals().map(|(_, unilateral)| unilateral),
             ) {
-                slip_direction::turn(rhs.model, &mut rhs.stabilization, slipping, from.modes(), after);
+                slip_direction::align_side(rhs.model, &mut rhs.stabilization, slipping, from.modes(), after);
             }
         }
         if M::IS_FREE {
-            // Nothing to put it onto.
+            // There are no constraints.
         } else if from != after {
-            let placed = rhs.stabilization.place(rhs.model, from, after);
+            let placed = rhs.stabilization.ensure_consistent_after_action(rhs.model, from, after);
             placed
                 .map_err(|error| Kind::EventAction { event: event.into(), error: Box::new(error.into()) })?;
         }
         Ok(())
     }
 
-    /// Unilateral constraints that cannot stay as the actions left them act at once: a contact that would
-    /// pull lifts off, what sticks and would break away slips.
-    pub(crate) fn switch_back(
+    /// Switches unilateral constraints that cannot stay as the actions left them: a contact that would pull
+    /// lifts off, sticking that would break away slips. An error after two switches for each of them.
+    pub(crate) fn switch_untenable(
         &mut self,
         after: &mut M::State,
         events: &mut Vec<EventRecord<M::State>>,
@@ -117,21 +132,21 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
         if M::IS_UNSWITCHED {
             return Ok(());
         }
-        let most = 2 * self.plan.locator.unilaterals().count();
-        for _ in 0..=most {
-            let Some(index) = self.plan.locator.untenable(after)? else {
+        let max_switches = 2 * self.plan.locator.unilaterals().count();
+        for _ in 0..=max_switches {
+            let Some(index) = self.plan.locator.find_untenable(after)? else {
                 return Ok(());
             };
             let crossing = Crossing { index, theta: 1.0, direction: Direction::Falling };
             let now = *after;
-            events.push(self.change(&crossing, &now, after)?);
+            events.push(self.act_on_crossing(&crossing, &now, after)?);
         }
         let event = events.last().map_or_else(String::new, |event| event.name.clone());
         Err(Kind::EventRepeats { event })
     }
 
-    /// Goes on from a state that actions left.
-    pub(crate) fn go_on_from(
+    /// Restarts the motion from the state `after` that actions made of the state `before`.
+    pub(crate) fn restart_from(
         &mut self,
         sink: &mut dyn Sink<M>,
         before: &M::State,
@@ -140,19 +155,19 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
         self.after_step(sink, true)?;
         self.monitors.restart();
         let RunPlan { rhs, end, .. } = &mut *self.plan;
-        let stand = Record::new(self.stepper.now(), rhs.held, rhs.modes);
-        hold(&mut rhs.held, before.inputs(), after.inputs());
+        let last_record = Record::new(self.stepper.now(), rhs.held_inputs, rhs.modes);
+        update_held_inputs(&mut rhs.held_inputs, before.inputs(), after.inputs());
         rhs.modes = after.modes();
         let y = Phase { q: *after.q(), u: *after.u() };
         self.stepper.restart(rhs, before.t(), y, *end).map_err(RunFailure::of_step::<M>)?;
-        sink.stand(stand);
+        sink.end_segment(last_record);
         Ok(())
     }
 }
 
-/// Holds the inputs that a reset changed; an inputs law, whose values the others may be, sees them in its
-/// state.
-fn hold<V: Vector>(held: &mut V, before: &V, after: &V) {
+/// Updates the held inputs that a reset changed. The others may be values of an input law, which are not
+/// held.
+fn update_held_inputs<V: Vector>(held: &mut V, before: &V, after: &V) {
     for i in 0..V::LEN {
         if after[i] != before[i] {
             held[i] = after[i];
@@ -160,21 +175,22 @@ fn hold<V: Vector>(held: &mut V, before: &V, after: &V) {
     }
 }
 
-pub(crate) fn check_reset<M: SimulationModel>(
+/// Refuses a state of a reset that has another time or values that are not finite.
+pub(crate) fn check_reset_state<M: SimulationModel>(
     event: &str,
     before: &M::State,
     after: &M::State,
 ) -> Result<(), Kind> {
-    let bad = |name| Err(Kind::BadReset { event: event.into(), name });
+    let bad_reset = |name| Err(Kind::BadReset { event: event.into(), name });
     if after.t() != before.t() {
-        return bad("t");
+        return bad_reset("t");
     }
     let not_finite = |v: &[f64]| v.iter().position(|x| !x.is_finite());
     if let Some(i) = not_finite(after.q().as_slice()).or(not_finite(after.u().as_slice())) {
-        return bad(M::COORDINATES[i].name);
+        return bad_reset(M::COORDINATES[i].name);
     }
     match not_finite(after.inputs().as_slice()) {
-        Some(i) => bad(M::INPUTS[i].name),
+        Some(i) => bad_reset(M::INPUTS[i].name),
         None => Ok(()),
     }
 }

@@ -1,4 +1,7 @@
-//! Why and where a run broke off.
+//! Why a run ended early, as an error with a kind.
+//!
+//! The kinds and their texts are in [`crate::simulate::failure`]. [`RunFailure::explained`] looks for the
+//! cause at the last state, by [`crate::simulate::diagnosis`].
 
 use crate::integrate::{Method, StepError};
 use crate::model::{Dynamics, ModelState, SimulationModel};
@@ -7,14 +10,14 @@ use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::right_hand_side::EvaluationError;
 use crate::simulate::run::plan::RunPlan;
 
-/// Why a run broke off, and the size of the step in which it did (0 where no step was tried).
+/// Why a run ended early, and the size of the step in which it did (0 where no step was attempted).
 pub(crate) struct RunFailure {
     pub(crate) kind: Kind,
     pub(crate) h: f64,
 }
 
 impl RunFailure {
-    /// A failure of the model where the run stands, which has no step of its own.
+    /// A failure at the current state, outside of any step.
     pub(crate) fn here(kind: Kind) -> Self {
         Self { kind, h: 0.0 }
     }
@@ -39,7 +42,7 @@ impl RunFailure {
         }
     }
 
-    /// The same with what it comes from, where that shows.
+    /// The failure with its cause, where the diagnosis finds one.
     pub(crate) fn explained<M: SimulationModel>(
         self,
         plan: &RunPlan<'_, '_, M>,
@@ -47,7 +50,7 @@ impl RunFailure {
         method: Method,
     ) -> Self {
         let way = RunMethod::of(method, &plan.options, plan.rhs.stabilization.formulation);
-        // What an evaluation met has no step of its own.
+        // A failed evaluation has no step size: take the fixed one.
         let direction = if plan.end < at.t() { -1.0 } else { 1.0 };
         let fixed = || plan.options.fixed.map_or(0.0, |fixed| direction * fixed.abs());
         let h = if self.h == 0.0 { fixed() } else { self.h };
@@ -55,7 +58,7 @@ impl RunFailure {
     }
 }
 
-/// What an evaluation of the right-hand side failed with.
+/// The kind of a failed evaluation of the right-hand side.
 pub(crate) fn evaluation<M: Dynamics>(error: EvaluationError) -> Kind {
     match error {
         EvaluationError::Solve(error) => error.into(),

@@ -1,8 +1,8 @@
-//! What watches a run, without the run knowing what it watches for.
+//! The interface of monitors, which watch a run for one failure mode each.
 //!
-//! A monitor looks for one way in which a motion goes wrong, or in which its method does. It is asked at the
-//! same four places of every step, sees where the run stands, and answers by data: the run itself ends the
-//! motion, takes a step back or changes its method. [`super::monitors`] has the list of them.
+//! A monitor is asked at the same four points of every step. It sees the state of the run and answers with
+//! data. The loop of the run acts on the answer: it ends the motion, undoes a step or changes the method. The
+//! list of monitors is in [`super::monitors`], and their errors are kinds of [`crate::simulate::failure`].
 
 use crate::integrate::{Method, Step, StepNode};
 use crate::model::SimulationModel;
@@ -10,33 +10,33 @@ use crate::simulate::erased_method::stepping::{ErasedStepper, StepStatistics};
 use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::run::plan::RunPlan;
 
-/// Where a run stands, as monitors see it.
+/// A run as monitors see it.
 pub(crate) struct Watched<'w, 'r, 'm, M: SimulationModel> {
     pub(crate) plan: &'w mut RunPlan<'r, 'm, M>,
     pub(crate) stepper: &'w mut dyn ErasedStepper<M>,
 }
 
 impl<M: SimulationModel> Watched<'_, '_, '_, M> {
-    /// The state in which it stands.
+    /// The state that the run has reached.
     pub(crate) fn now(&self) -> M::State {
         let StepNode { t, y, .. } = self.stepper.now();
         self.plan.rhs.state(*t, &y.q, &y.u)
     }
 
-    /// Steps that were tried so far, by the method before this one too.
+    /// Attempted steps so far, including those of the method before this one.
     #[inline(always)]
     pub(crate) fn steps_tried(&self, statistics: &StepStatistics) -> u64 {
-        let before = self.plan.resumes.as_ref().map_or(0, |(_, steps)| *steps);
+        let before = self.plan.resume_from.as_ref().map_or(0, |(_, steps)| *steps);
         before + statistics.accepted + statistics.rejected
     }
 }
 
-/// Watches a run for one thing.
+/// Watches a run for one failure mode.
 pub(crate) trait Monitor<M: SimulationModel>: Sized {
-    /// Of a run that is about to begin, or goes on with another method, from where it stands.
+    /// A monitor of a run that is about to begin, or to continue with another method.
     fn begin(run: &mut Watched<'_, '_, '_, M>, method: Method) -> Self;
 
-    /// Before the next step is tried. An error ends the motion where it stands.
+    /// Asked before the next step. An error ends the motion at the current state.
     #[inline(always)]
     fn before_step(
         &mut self,
@@ -46,7 +46,7 @@ pub(crate) trait Monitor<M: SimulationModel>: Sized {
         Ok(())
     }
 
-    /// A step as the method made it, before events are looked for in it.
+    /// Asked about a step as the method made it, before its events are located.
     #[inline(always)]
     fn after_attempt(
         &mut self,
@@ -56,7 +56,7 @@ pub(crate) trait Monitor<M: SimulationModel>: Sized {
         Ok(())
     }
 
-    /// A step as it is going to be recorded: up to an event that acts.
+    /// Asked about a step that is to be recorded, up to an event with an action.
     #[inline(always)]
     fn before_record(
         &mut self,
@@ -66,7 +66,7 @@ pub(crate) trait Monitor<M: SimulationModel>: Sized {
         Ok(())
     }
 
-    /// A step is recorded. `ends`: the motion ends here, or goes on from another state.
+    /// Asked after a step was recorded. `ends`: the motion ends here, or continues from another state.
     #[inline(always)]
     fn after_step(
         &mut self,
@@ -76,49 +76,51 @@ pub(crate) trait Monitor<M: SimulationModel>: Sized {
         Ok(Advice::Continue)
     }
 
-    /// The motion goes on from another state, which an event left.
+    /// The motion continues from another state, which an action left.
     #[inline(always)]
     fn restart(&mut self) {}
 
-    /// The run has broken off: what this monitor knows of the reason is added to it.
+    /// The run has ended with an error: adds to it what this monitor found of the reason.
     #[inline(always)]
     fn explain(&mut self, _run: &mut Watched<'_, '_, '_, M>, _kind: &mut Kind) {}
 }
 
-/// What a monitor has against a step that is not recorded yet.
+/// The error of a step that is not recorded yet, and the part of the step that is valid.
 pub(crate) struct Objection {
     pub(crate) kind: Kind,
     pub(crate) valid: Valid,
 }
 
-/// Which part of a step belongs to the motion although it ends in it.
+/// The part of a step that belongs to the motion, if the motion ends in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Valid {
-    /// None: the motion ends where the step starts.
+    /// Nothing: the motion ends at the start of the step.
     Nothing,
-    /// Up to this part of it, in 0 to 1.
+    /// Up to this part of it, from 0 to 1.
     UpTo(f64),
-    /// All of it: the motion ends where the step ends.
+    /// All of it: the motion ends at the end of the step.
     Whole,
 }
 
-/// How a run is to go on after a step.
+/// How a run continues after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Advice {
-    /// As it did.
+    /// With the same method.
     Continue,
-    /// By a method for stiff motions.
+    /// With a method for stiff motions.
     ChangeMethod,
 }
 
-/// The motion ends with this, and what was recorded from a place on is not part of it.
+/// The error with which a motion ends at an earlier node. What was recorded behind that is not part of the
+/// motion.
 pub(crate) struct Retreat<V> {
     pub(crate) kind: Kind,
     pub(crate) to: StepNode<V>,
 }
 
-/// Makes a list of monitors one that asks them in turn. A tuple and no list of trait objects: a step of a
-/// small model takes hundreds of nanoseconds, and what does not apply to a model is not compiled.
+/// Implements [`Monitor`] for a tuple of monitors, which are asked in turn. It is a tuple and not a list of
+/// trait objects because a step of a small model takes hundreds of nanoseconds, and because monitors that do
+/// not apply to a model are then not compiled.
 macro_rules! in_turn {
     ($($monitor:ident)*) => {
         #[allow(non_snake_case, reason = "variables of the monitors' types are called like them")]

@@ -1,6 +1,6 @@
-//! What watches a run: one file for each way in which a motion, or its method, goes wrong.
+//! The monitors of a run: one file for each failure mode of a motion or its method.
 //!
-//! Whoever adds one writes its file, puts it into the list below, and gives its failure a kind in
+//! To add one: write its file, add it to the list below, and give its failure a kind in
 //! [`crate::simulate::failure`].
 
 pub(crate) mod branch_identification;
@@ -25,7 +25,7 @@ use step_limit::StepLimit;
 use step_size_collapse::StepSizeCollapse;
 use stiffness_detection::StiffnessDetection;
 
-/// All monitors, in the order in which they are asked; the first that objects is heard.
+/// All monitors, in the order in which they are asked. The first error counts.
 pub(crate) type Monitors<M> = (
     // Before a step.
     StepSizeCollapse,

@@ -1,4 +1,4 @@
-//! What a run needs to know, and how one ended.
+//! The plan of a run: the problem, its end and its options; and how a run ends without an error.
 
 use core::sync::atomic::AtomicBool;
 
@@ -8,37 +8,42 @@ use crate::progress::Progress;
 use crate::simulate::events::location::EventLocator;
 use crate::simulate::right_hand_side::RightHandSide;
 
-/// What a run needs to know.
+/// What a run needs. The loop in `run.rs` changes the right-hand side and the locator, and reads the others.
 pub(crate) struct RunPlan<'r, 'm, M: SimulationModel> {
     pub(crate) rhs: RightHandSide<'r, 'm, M>,
     pub(crate) start: M::State,
     pub(crate) end: f64,
     pub(crate) options: StepOptions,
-    pub(crate) most_steps: u64,
+    pub(crate) max_steps: u64,
     pub(crate) cancel: Option<&'m AtomicBool>,
     pub(crate) locator: EventLocator<'m, M>,
     pub(crate) progress: Progress,
-    /// Where the motion turns out to be stiff for its method, another one is to go on.
-    pub(crate) hands_over: bool,
-    /// The state from which this method goes on, and the steps made before.
-    pub(crate) resumes: Option<(M::State, u64)>,
+    /// Whether another method continues where the motion is stiff for this one.
+    pub(crate) may_change_method: bool,
+    /// The state from which this method continues a run, and the number of steps before it.
+    pub(crate) resume_from: Option<(M::State, u64)>,
 }
 
 impl<'r, 'm, M: SimulationModel> RunPlan<'r, 'm, M> {
-    /// Puts everything back to the start, for another run with other options that shows no progress.
-    pub(crate) fn restart(&mut self, rhs: RightHandSide<'r, 'm, M>, options: StepOptions, hands_over: bool) {
-        (self.rhs, self.options, self.hands_over) = (rhs, options, hands_over);
-        self.resumes = None;
+    /// Resets the plan to the start, for another run with other options and without progress bar.
+    pub(crate) fn restart(
+        &mut self,
+        rhs: RightHandSide<'r, 'm, M>,
+        options: StepOptions,
+        may_change_method: bool,
+    ) {
+        (self.rhs, self.options, self.may_change_method) = (rhs, options, may_change_method);
+        self.resume_from = None;
         self.locator.restart();
         self.progress = Progress::none();
     }
 }
 
-/// How a run ended that did not break off.
+/// How a run ended without an error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum RunEnd<S> {
-    /// At its end, or where it was stopped.
-    Arrived,
-    /// Here, because it is stiff for the method.
+    /// At its end time, or where an event or the observer stopped it.
+    Finished,
+    /// At this state, because the motion is stiff for the method.
     Stiff(S),
 }

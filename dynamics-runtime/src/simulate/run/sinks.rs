@@ -1,27 +1,31 @@
-//! What takes the results of a run: records for a motion, or states for an observer.
+//! Sinks take the results of a run: records for a motion, or states for an observer.
+//!
+//! The pilot run and the reference run have sinks of their own, in `pilot_run.rs` and
+//! `verification/reference_run.rs`.
 
 use crate::model::{Model, ModelState};
-use crate::simulate::events::location::Flow;
+use crate::simulate::events::rules::Flow;
 use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::trajectory::record::{EventRecord, Record};
 use alloc::vec::Vec;
 
-/// Takes what a run computes.
+/// Takes the results of a run.
 pub(crate) trait Sink<M: Model> {
-    /// A step was accepted; it starts at this record. `dense(θ)` interpolates; it fails where the model does.
+    /// A step was accepted that starts at this record. `dense(θ)` interpolates, and fails where the model
+    /// does.
     fn step(
         &mut self,
         from: Record<M>,
         to: &M::State,
         dense: &mut dyn FnMut(f64) -> Result<M::State, Kind>,
     ) -> Result<Flow, Kind>;
-    /// The motion stands here: before a reset, or at the end.
-    fn stand(&mut self, at: Record<M>);
-    /// What was given from this time on, in the direction of the motion, is not part of it.
-    fn go_back(&mut self, _to: f64) {}
-    /// Events that happened in the step just taken.
+    /// The motion ends at this record, or continues from another state.
+    fn end_segment(&mut self, at: Record<M>);
+    /// Records and events from this time on, in the direction of the motion, are not part of the motion.
+    fn truncate(&mut self, _to: f64) {}
+    /// An event happened in the last step.
     fn event(&mut self, event: EventRecord<M::State>);
-    /// The times of all records kept.
+    /// The times of all records that were kept.
     fn times(&self) -> Vec<f64> {
         Vec::new()
     }
@@ -45,11 +49,11 @@ impl<M: Model> Sink<M> for RecordingSink<M> {
         Ok(Flow::Continue)
     }
 
-    fn stand(&mut self, at: Record<M>) {
+    fn end_segment(&mut self, at: Record<M>) {
         self.records.push(at);
     }
 
-    fn go_back(&mut self, to: f64) {
+    fn truncate(&mut self, to: f64) {
         let Some(first) = self.records.first().map(|record| record.state.t()) else { return };
         let direction = if to < first { -1.0 } else { 1.0 };
         let remains = |t: f64| (to - t) * direction > 0.0;
@@ -66,7 +70,7 @@ impl<M: Model> Sink<M> for RecordingSink<M> {
     }
 }
 
-/// Shows states to an observer and keeps nothing but the last.
+/// Passes states to an observer and keeps the last record.
 pub(crate) struct ObserverSink<'o, M: Model> {
     pub(crate) observer: &'o mut dyn FnMut(&M::State) -> Flow,
     /// Output times after `next`, in the order of the motion; all accepted steps where `None`.
@@ -98,7 +102,7 @@ impl<M: Model> Sink<M> for ObserverSink<'_, M> {
         Ok(Flow::Continue)
     }
 
-    fn stand(&mut self, at: Record<M>) {
+    fn end_segment(&mut self, at: Record<M>) {
         self.last = Some(at);
     }
 

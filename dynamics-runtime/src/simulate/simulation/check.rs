@@ -1,4 +1,8 @@
-//! What the options of a simulation say, checked; and the method, where none is given.
+//! Checks of a simulation's options, and the choice of the method and the formulation where none is given.
+//!
+//! [`Simulation::check_options`] runs once before a run and lists all checks in its order. Each check is a
+//! function of its own and reports an [`OptionError`], whose text is in `failure/option.rs`. The start is
+//! compared with the constraints later, in `stabilization/initial_consistency.rs`.
 
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -9,7 +13,7 @@ use crate::integrate::choice::{Dop853, Rk4, Suits, Tsit5, Verner9};
 use crate::integrate::{Direction, StepOptions, Tolerances};
 use crate::model::{Constraints, Expansion, Known, ModelState, Route, Vector};
 use crate::simulate::erased_method::SharedMethod;
-use crate::simulate::events::location::{Action, Rule};
+use crate::simulate::events::rules::{Action, Rule};
 use crate::simulate::events::unilateral::{UnilateralConstraint, UnilateralConstraints};
 use crate::simulate::failure::OptionError;
 use crate::simulate::options::contact::Contact;
@@ -19,33 +23,35 @@ use crate::simulate::options::output_times::{every, intervals};
 use crate::simulate::simulation::{Output, Simulate, Simulation};
 use dynamics_view::suggest;
 
-/// Above this tolerance Tsitouras 5(4) is chosen. Measured by time for the same error on double pendulum and
-/// Kepler (e = 0.9), all explicit methods lie within a quarter of each other at errors of 1e-3.
-const LOOSE: f64 = 1e-4;
-/// Below this tolerance, and without constraints, Verner 9(8) is chosen instead of DOP853, of whose time it
-/// takes 0.75 to an error of 1e-6 and 0.65 to 1e-9. Above, it gains little, and where motions are stiff its
-/// error estimate, which grows steeply, bounds the steps before stability does and hides that. With
-/// constraints it takes 0.8 (Andrews) to 1 (car axis), but near singular positions, where these amplify
-/// errors, its one error estimate sees less than the two of DOP853. Taylor series take less where a model has
-/// them: to the same error, one run, 0.66, 0.47 and 0.33 of the time of Verner 9(8) at 1e-6, 1e-9 and 1e-12
-/// (double pendulum), 1.2, 1.0 and 0.6 at 1e-6, 1e-9 and 1e-11 (Kepler, e = 0.9), 0.6 at 1e-6 and 1e-9
-/// (Andrews). They are not chosen by themselves: every program would hold their code, beside that of a method
-/// for models and inputs that have no series, and take a sixth (double pendulum) to a third longer (Andrews)
-/// to compile.
-const MANY_DIGITS: f64 = 1e-6;
-/// Number of coordinates above which one step of an implicit method, which factors matrices of that size,
-/// costs more than thousands of evaluations.
-const LARGE: usize = 100;
+/// Tolerance above which Tsitouras 5(4) is chosen. Measured by time for the same error on the double pendulum
+/// and Kepler's problem (e = 0.9): all explicit methods lie within a quarter of each other at errors of 1e-3.
+const LOOSE_TOLERANCE: f64 = 1e-4;
+/// Tolerance below which, without constraints, Verner 9(8) is chosen instead of DOP853.
+///
+/// It takes 0.75 of the time of DOP853 to an error of 1e-6 and 0.65 to 1e-9. At larger tolerances it gains
+/// little. In stiff motions its error estimate, which grows steeply, bounds the steps before stability does,
+/// and hides the stiffness. With constraints it takes 0.8 (Andrews) to 1 (car axis) of the time. But near
+/// singular positions, which amplify errors, its one error estimate shows less than the two of DOP853.
+///
+/// Taylor series are faster where a model has them: 0.66, 0.47 and 0.33 of the time of Verner 9(8) to the
+/// same error at 1e-6, 1e-9 and 1e-12 (double pendulum), 1.2, 1.0 and 0.6 at 1e-6, 1e-9 and 1e-11 (Kepler,
+/// e = 0.9), 0.6 at 1e-6 and 1e-9 (Andrews). They are not a default: every program would contain their code
+/// beside that of a method for models and inputs without series, and compile a sixth (double pendulum) to a
+/// third longer (Andrews).
+const VERNER_TOLERANCE: f64 = 1e-6;
+/// Largest number of coordinates with which a stiff motion changes to an implicit method by default: one step
+/// factors matrices of this size, which costs more than thousands of evaluations.
+const MAX_IMPLICIT_COORDINATES: usize = 100;
 
-/// What the options say once they are checked.
+/// The checked options of a simulation.
 pub(crate) struct Checked<'m, M: Simulate> {
     pub(crate) end: f64,
     pub(crate) options: StepOptions,
-    /// The absolute tolerance is to be that of a motion of this size.
-    pub(crate) by_size: bool,
+    /// Whether the absolute tolerance is scaled with the size of the motion, see `pilot_run.rs`.
+    pub(crate) scales_with_motion: bool,
     pub(crate) method: (SharedMethod<M>, String),
-    /// An implicit method is to go on where the motion is stiff.
-    pub(crate) hands_over: bool,
+    /// Whether an implicit method continues where the motion is stiff.
+    pub(crate) may_change_method: bool,
     pub(crate) output_times: Option<Vec<f64>>,
     pub(crate) formulation: Option<(Formulation, String)>,
     pub(crate) unilaterals: UnilateralConstraints,
@@ -57,24 +63,26 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         OptionError::check_parameters(self.model)?;
         self.check_start()?;
         let end = self.end.ok_or(OptionError::NoEnd)?;
-        number("until", end, end.is_finite(), "a finite time")?;
+        check_number("until", end, end.is_finite(), "a finite time")?;
         let options = self.check_steps()?;
         let method = self.choose_method(&options.tolerances)?;
         self.check_suits(&method.0)?;
-        let output_times = self.output_list()?;
-        let formulation = formulation::<M>(self.formulation)?;
+        let output_times = self.checked_output_times()?;
+        let formulation = choose_formulation::<M>(self.formulation)?;
         self.check_series(&method.0, formulation.as_ref().map(|(formulation, _)| *formulation))?;
-        let hands_over = self.method.is_none() && self.fixed.is_none() && M::Vector::LEN <= LARGE;
-        number("drift_limit", self.drift_limit, self.drift_limit > 0.0, "a limit above 0")?;
-        let unilaterals = self.check_guards(end)?;
+        let may_change_method =
+            self.method.is_none() && self.fixed.is_none() && M::Vector::LEN <= MAX_IMPLICIT_COORDINATES;
+        check_number("drift_limit", self.drift_limit, self.drift_limit > 0.0, "a limit above 0")?;
+        let unilaterals = self.check_unilaterals(end)?;
         let rules = self.check_events(&unilaterals)?;
-        let by_size = self.fixed.is_none() && self.tolerances.is_none_or(|(_, option)| option == "tolerance");
+        let scales_with_motion =
+            self.fixed.is_none() && self.tolerances.is_none_or(|(_, option)| option == "tolerance");
         Ok(Checked {
             end,
             options,
-            by_size,
+            scales_with_motion,
             method,
-            hands_over,
+            may_change_method,
             output_times,
             formulation,
             unilaterals,
@@ -108,11 +116,11 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         let resolution = 4.0 * f64::EPSILON * self.start.t().abs().max(self.end.map_or(0.0, f64::abs));
         for (option, value) in [("fixed_step", self.fixed), ("first_step", self.first)] {
             let Some(value) = value else { continue };
-            number(option, value, value > resolution && value.is_finite(), length)?;
+            check_number(option, value, value > resolution && value.is_finite(), length)?;
         }
         let most = self.most.unwrap_or(f64::INFINITY);
-        number("max_step", most, most > resolution, length)?;
-        number("max_steps", self.most_steps as f64, self.most_steps > 0, "at least 1")?;
+        check_number("max_step", most, most > resolution, length)?;
+        check_number("max_steps", self.max_steps as f64, self.max_steps > 0, "at least 1")?;
         if self.fixed.is_some() {
             let given = [("first_step", self.first.is_some()), ("max_step", self.most.is_some())];
             let tolerance = [(option, self.tolerances.is_some())];
@@ -133,11 +141,11 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             (Some(method), Some(h)) => (method, format!("as asked for, with a fixed step of {h}")),
             (Some(method), None) => (method, format!("as asked for, at tolerance {loosest:e}")),
             (None, Some(h)) => chosen(Arc::new(Rk4), format!("because the step is fixed, {h}")),
-            (None, None) if loosest > LOOSE => {
+            (None, None) if loosest > LOOSE_TOLERANCE => {
                 chosen(Arc::new(Tsit5), format!("because tolerance {loosest:e} asks for few digits"))
             }
-            // A constant, so that models with constraints have no code of it.
-            (None, None) if M::IS_FREE && loosest < MANY_DIGITS => {
+            // `IS_FREE` is a constant, so that models with constraints contain no code of this method.
+            (None, None) if M::IS_FREE && loosest < VERNER_TOLERANCE => {
                 chosen(Arc::new(Verner9), format!("because its long steps win at tolerance {loosest:e}"))
             }
             (None, None) => {
@@ -170,7 +178,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         Err(OptionError::NoSeries { method: method.method(), reason })
     }
 
-    /// Methods that preserve something are refused where they would not.
+    /// Refuses structure-preserving methods for models whose structure they would not preserve.
     fn check_suits(&self, method: &SharedMethod<M>) -> Result<(), OptionError> {
         let option = method.option(M::IS_HELD);
         let (suits, method) = (method.suits(), method.method());
@@ -215,8 +223,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         Ok(())
     }
 
-    /// The output times, checked and in the order of the motion.
-    fn output_list(&self) -> Result<Option<Vec<f64>>, OptionError> {
+    /// The output times in the order of the motion.
+    fn checked_output_times(&self) -> Result<Option<Vec<f64>>, OptionError> {
         let (start, end) = (self.start.t(), self.end.ok_or(OptionError::NoEnd)?);
         let direction = if end < start { -1.0 } else { 1.0 };
         match &self.output {
@@ -234,13 +242,18 @@ impl<'m, M: Simulate> Simulation<'m, M> {
                 }
             }
             Output::Every(interval) => {
-                number("every", *interval, *interval > 0.0 && interval.is_finite(), "an interval above 0")?;
-                let span = (end - start).abs();
-                let count = intervals(span, *interval);
-                number(
+                check_number(
                     "every",
                     *interval,
-                    count <= 100_000_000,
+                    *interval > 0.0 && interval.is_finite(),
+                    "an interval above 0",
+                )?;
+                let span = (end - start).abs();
+                let count = intervals(span, *interval);
+                check_number(
+                    "every",
+                    *interval,
+                    count <= MAX_OUTPUT_TIMES,
                     "an interval that gives fewer than 10⁸ times",
                 )?;
                 Ok(Some(every(start, end, *interval)))
@@ -250,7 +263,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
 
     /// Index of an event of the model or of the simulation.
     fn event_index(&self, name: &str) -> Result<usize, OptionError> {
-        place_of(name, &self.event_names())
+        event_index_of(name, &self.event_names())
     }
 
     /// Names of the events of the model and of the simulation.
@@ -265,24 +278,24 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         names
     }
 
-    fn check_guards(&self, end: f64) -> Result<UnilateralConstraints, OptionError> {
-        check_guarded(&self.contacts, &self.sticking, end < self.start.t())?;
+    fn check_unilaterals(&self, end: f64) -> Result<UnilateralConstraints, OptionError> {
+        check_unilateral_names(&self.contacts, &self.sticking, end < self.start.t())?;
         let mut unilaterals = Vec::with_capacity(self.contacts.len() + self.sticking.len());
         for (name, contact) in &self.contacts {
             unilaterals.push(UnilateralConstraint::contact::<M>(name, *contact)?);
         }
         for (name, breakaway) in &self.sticking {
-            unilaterals.push(UnilateralConstraint::stick::<M>(name, || self.event_index(breakaway))?);
+            unilaterals.push(UnilateralConstraint::stick_slip::<M>(name, || self.event_index(breakaway))?);
         }
         Ok(unilaterals)
     }
 
-    /// The rules: what unilateral constraints do comes before what was asked for at their events.
+    /// The rules of all events. Those of unilateral constraints come before the actions given by the user.
     fn check_events(&mut self, unilaterals: &UnilateralConstraints) -> Result<Vec<Rule<'m, M>>, OptionError> {
         let actions = core::mem::take(&mut self.actions);
         let mut names = self.event_names();
         names.extend(unilaterals.iter().map(|unilateral| unilateral.name.as_str()));
-        check_names(&names, M::EVENTS.len())?;
+        check_event_names(&names, M::EVENTS.len())?;
         let first = M::EVENTS.len() + self.added_events.len();
         let unilateral = |i| Rule {
             index: first + i,
@@ -291,14 +304,14 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         };
         let mut rules: Vec<Rule<'m, M>> = (0..unilaterals.len()).map(unilateral).collect();
         for (name, direction, action) in actions {
-            rules.push(Rule { index: place_of(&name, &names)?, direction, action });
+            rules.push(Rule { index: event_index_of(&name, &names)?, direction, action });
         }
         Ok(rules)
     }
 }
 
-/// No unilateral constraint runs backwards, and none is asked for twice.
-fn check_guarded(
+/// Refuses unilateral constraints in runs backwards in time, and constraints that are named twice.
+fn check_unilateral_names(
     contacts: &[(String, Contact)],
     sticking: &[(String, String)],
     backwards: bool,
@@ -321,15 +334,15 @@ fn check_guarded(
 }
 
 /// The index of an event by its name.
-fn place_of(name: &str, names: &[&str]) -> Result<usize, OptionError> {
+fn event_index_of(name: &str, names: &[&str]) -> Result<usize, OptionError> {
     names.iter().position(|known| *known == name).ok_or_else(|| {
         let suggestion = suggest(name, names.iter().copied());
         OptionError::UnknownEvent { name: name.into(), suggestion }
     })
 }
 
-/// Names given at a simulation, which come after `first` of the model, are none that there are.
-fn check_names(names: &[&str], first: usize) -> Result<(), OptionError> {
+/// Refuses event names of the simulation, which follow the `first` names of the model, that exist already.
+fn check_event_names(names: &[&str], first: usize) -> Result<(), OptionError> {
     for (i, name) in names.iter().enumerate().skip(first) {
         if names[..i].contains(name) {
             return Err(OptionError::DuplicateEvent { name: name.to_string() });
@@ -338,33 +351,49 @@ fn check_names(names: &[&str], first: usize) -> Result<(), OptionError> {
     Ok(())
 }
 
-/// A relative tolerance of 1 asks for no digit, and one below 1e-15 for more than there are.
-fn check_tolerances(absolute: f64, relative: f64, one: bool) -> Result<(), OptionError> {
-    let (above, none) = (absolute > 0.0 && absolute.is_finite(), relative >= 0.0 && relative.is_finite());
-    let (fine, coarse) = (relative == 0.0 || relative >= 1e-15, relative < 1.0);
-    if one {
-        number("tolerance", absolute, above, "a tolerance above 0")?;
-        number("tolerance", absolute, fine, "at least 1e-15: `f64` resolves no less")?;
-        return number("tolerance", absolute, coarse, "less than 1: from there on no digit is asked for");
+/// Smallest relative tolerance: 4.5 units in the last place of `f64`.
+const MIN_RELATIVE_TOLERANCE: f64 = 1e-15;
+/// Most output times, which would take about a gigabyte.
+const MAX_OUTPUT_TIMES: u64 = 100_000_000;
+
+/// Checks both tolerances. `is_single`: one tolerance was given for both.
+fn check_tolerances(absolute: f64, relative: f64, is_single: bool) -> Result<(), OptionError> {
+    let (absolute_ok, relative_ok) =
+        (absolute > 0.0 && absolute.is_finite(), relative >= 0.0 && relative.is_finite());
+    let (fine, coarse) = (relative == 0.0 || relative >= MIN_RELATIVE_TOLERANCE, relative < 1.0);
+    if is_single {
+        check_number("tolerance", absolute, absolute_ok, "a tolerance above 0")?;
+        check_number("tolerance", absolute, fine, "at least 1e-15: `f64` resolves no less")?;
+        return check_number(
+            "tolerance",
+            absolute,
+            coarse,
+            "less than 1: from there on no digit is asked for",
+        );
     }
     let checks = [
-        (above, "an absolute tolerance above 0"),
-        (none, "a relative tolerance of 0 or more"),
+        (absolute_ok, "an absolute tolerance above 0"),
+        (relative_ok, "a relative tolerance of 0 or more"),
         (fine, "a relative tolerance of at least 1e-15: `f64` resolves no less"),
         (coarse, "a relative tolerance below 1: from there on no digit is asked for"),
     ];
-    match checks.into_iter().find(|(good, _)| !good) {
+    match checks.into_iter().find(|(is_admissible, _)| !is_admissible) {
         Some((_, admissible)) => Err(OptionError::Tolerances { absolute, relative, admissible }),
         None => Ok(()),
     }
 }
 
-fn number(option: &'static str, value: f64, good: bool, admissible: &'static str) -> Result<(), OptionError> {
-    if good { Ok(()) } else { Err(OptionError::Number { option, value, admissible }) }
+fn check_number(
+    option: &'static str,
+    value: f64,
+    is_admissible: bool,
+    admissible: &'static str,
+) -> Result<(), OptionError> {
+    if is_admissible { Ok(()) } else { Err(OptionError::Number { option, value, admissible }) }
 }
 
-/// The formulation of a run and why it was chosen; `None` for models without constraints.
-fn formulation<M: Constraints>(
+/// The formulation of a run, with the reason for its choice; `None` for models without constraints.
+fn choose_formulation<M: Constraints>(
     asked: Option<Formulation>,
 ) -> Result<Option<(Formulation, String)>, OptionError> {
     if M::IS_FREE {

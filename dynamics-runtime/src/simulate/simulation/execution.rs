@@ -1,4 +1,13 @@
-//! Running a simulation.
+//! Running a simulation: start, pilot run, the run itself and the reference run.
+//!
+//! 1. `check.rs` checks the options.
+//! 2. The start is made consistent with the constraints ([`Stabilization::ensure_consistent_start`]).
+//! 3. A pilot run finds the absolute tolerance of small motions (`pilot_run.rs`).
+//! 4. [`run_method`] runs the plan with the chosen method (`run.rs`), and with Radau IIA from where the
+//!    motion is stiff.
+//! 5. Where an estimate of the error was asked for, a reference run repeats it with a tighter tolerance.
+//!
+//! The results go to a [`Sink`]: records for a [`Motion`], or states for an observer.
 
 use crate::constrain::gradients::{is_positive, mass};
 use crate::constrain::solve_general;
@@ -9,7 +18,8 @@ use crate::model::{Branches, Known, ModelState, SimulationModel, Vector};
 use crate::progress::Progress;
 use crate::simulate::diagnosis;
 use crate::simulate::erased_method::SharedMethod;
-use crate::simulate::events::location::{EventLocator, Flow};
+use crate::simulate::events::location::EventLocator;
+use crate::simulate::events::rules::Flow;
 use crate::simulate::events::unilateral::UnilateralConstraint;
 use crate::simulate::failure::{OptionError, SimulationErrorKind};
 use crate::simulate::options::formulation::Formulation;
@@ -21,7 +31,7 @@ use crate::simulate::run::run;
 use crate::simulate::run::sinks::{ObserverSink, RecordingSink, Sink};
 use crate::simulate::simulation::Simulation;
 use crate::simulate::simulation::check::Checked;
-use crate::simulate::stabilization::{ContactHistory, PlaceError, Stabilization, StabilizationCounts};
+use crate::simulate::stabilization::{ConsistencyError, ContactHistory, Stabilization, StabilizationCounts};
 use crate::simulate::trajectory::error::SimulationError;
 use crate::simulate::trajectory::global_error::ReferenceSettings;
 use crate::simulate::trajectory::motion::Motion;
@@ -38,65 +48,67 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
     /// Runs the simulation and keeps its motion.
     pub fn run(mut self) -> Result<Motion<'m, M>, SimulationError<M>> {
         let checked = self.check()?;
-        let room = self.place(&checked)?;
-        let mut keep = RecordingSink { records: Vec::new(), events: Vec::new() };
-        let (run, result) = self.execute(checked, room, &mut keep)?;
-        let trajectory = Trajectory { records: keep.records, events: keep.events, ..run.trajectory };
-        if let Err(halt) = result {
-            return Err(broken_off(halt, trajectory));
+        let workspace = self.make_start_consistent(&checked)?;
+        let mut sink = RecordingSink { records: Vec::new(), events: Vec::new() };
+        let (run, result) = self.execute(checked, workspace, &mut sink)?;
+        let trajectory = Trajectory { records: sink.records, events: sink.events, ..run.trajectory };
+        if let Err(failure) = result {
+            return Err(interrupted(failure, trajectory));
         }
         let mut motion = Motion::new(run.model, run.constants, run.law, trajectory);
-        if let (Some(mut second), Some(erased_method)) = (run.second, &motion.trajectory.erased_method) {
-            let mut error = compare(&motion.trajectory, &mut second, erased_method.method().order());
-            error.between = error.ratio.map(|_| between(&motion, &second.middles));
+        if let (Some(mut reference), Some(erased_method)) = (run.reference, &motion.trajectory.erased_method)
+        {
+            let mut error = compare(&motion.trajectory, &mut reference, erased_method.method().order());
+            error.between = error.ratio.map(|_| between(&motion, &reference.middles));
             motion.trajectory.error = Some(Arc::new(error));
         }
         Ok(motion)
     }
 
-    /// Runs the simulation and keeps nothing: shows every accepted state, or the states at the output times
-    /// where such are given, to `observer`, which may end it. Returns the last state.
+    /// Runs the simulation without keeping its motion. `observer` receives every accepted state, or the
+    /// states at the output times where such are given, and may end the run. Returns the last state.
     pub fn run_with<R: Into<Flow>>(
         mut self,
         mut observer: impl FnMut(&M::State) -> R,
     ) -> Result<M::State, SimulationError<M>> {
-        if self.estimates {
-            return Err(self.refused(OptionError::NothingToCompare.into()));
+        if self.estimates_error {
+            return Err(self.refuse(OptionError::NothingToCompare.into()));
         }
         let checked = self.check()?;
-        let room = self.place(&checked)?;
+        let workspace = self.make_start_consistent(&checked)?;
         let mut observer = |state: &M::State| observer(state).into();
         let start = self.start;
         let times = checked.output_times.clone();
-        // The start is shown here, as often as it is asked for; the run itself shows what its steps reach.
-        let at_start =
+        // The observer receives the start here, once for each output time at it. Steps give the others.
+        let outputs_at_start =
             times.as_ref().map_or(1, |times| times.iter().take_while(|t| **t == start.t()).count());
         let first = with_inputs::<M>(self.law.as_ref(), start);
-        for _ in 0..at_start {
+        for _ in 0..outputs_at_start {
             if observer(&first) == Flow::Stop {
                 return Ok(first);
             }
         }
-        let mut times = times.map(|mut times| times.split_off(at_start).into_iter());
+        let mut times = times.map(|mut times| times.split_off(outputs_at_start).into_iter());
         let next = times.as_mut().and_then(Iterator::next);
-        let mut show = ObserverSink { observer: &mut observer, times, next, last: None };
-        let (run, result) = self.execute(checked, room, &mut show)?;
-        let last = show.last.unwrap_or_else(|| Record::unmoved(start));
+        let mut sink = ObserverSink { observer: &mut observer, times, next, last: None };
+        let (run, result) = self.execute(checked, workspace, &mut sink)?;
+        let last = sink.last.unwrap_or_else(|| Record::unmoved(start));
         match result {
             Ok(()) => Ok(with_inputs::<M>(run.law.as_ref(), last.state)),
-            Err(halt) => Err(broken_off(halt, Trajectory { records: vec![last], ..run.trajectory })),
+            Err(failure) => Err(interrupted(failure, Trajectory { records: vec![last], ..run.trajectory })),
         }
     }
 
-    /// Runs into a sink, with the options checked.
+    /// Runs into a sink, with checked options.
     fn execute(
         mut self,
         checked: Checked<'m, M>,
-        mut room: Vec<f64>,
+        mut workspace: Vec<f64>,
         sink: &mut dyn Sink<M>,
     ) -> Result<RunResult<'m, M>, SimulationError<M>> {
+        // What depends on parameters, and the start.
         let constants = self.constants()?;
-        self.check_inertia(&mut room)?;
+        self.check_inertia(&mut workspace)?;
         let (law, added_events) = (self.law.take(), core::mem::take(&mut self.added_events));
         let (erased_method, reason) = checked.method;
         let setup = RunSetup {
@@ -104,11 +116,20 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
             constants: &constants,
             law: law.as_ref(),
             formulation: checked.formulation.as_ref().map(|(formulation, _)| *formulation),
-            contacts: checked.unilaterals.iter().filter_map(UnilateralConstraint::closing::<M>).collect(),
+            contacts: checked
+                .unilaterals
+                .iter()
+                .filter_map(UnilateralConstraint::contact_history::<M>)
+                .collect(),
             end: checked.end,
         };
+        // The pilot run sets the absolute tolerance; then the run itself.
         let mut options = checked.options;
-        let piloted = if checked.by_size { setup.pilot(&erased_method, &mut options) } else { None };
+        let pilot_costs = if checked.scales_with_motion {
+            setup.make_pilot_run(&erased_method, &mut options)
+        } else {
+            None
+        };
         let mut plan = RunPlan {
             locator: EventLocator::new(
                 self.model,
@@ -118,18 +139,26 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
                 checked.rules,
             ),
             progress: self.progress_to(checked.end),
-            hands_over: checked.hands_over,
-            ..setup.plan(setup.right_hand_side(room), options)
+            may_change_method: checked.may_change_method,
+            ..setup.plan(setup.right_hand_side(workspace), options)
         };
         let (mut counts, relay, result) = run_method(&erased_method, &mut plan, sink);
-        let (mut stabilization, kept) = (plan.rhs.stabilization.counts, plan.locator.kept());
-        if let Some((evaluations, before)) = piloted {
+        let (mut stabilization, masked_events) =
+            (plan.rhs.stabilization.counts, plan.locator.masked_events());
+        if let Some((evaluations, before)) = pilot_costs {
             counts.evaluations += evaluations;
             stabilization.add_evaluations(&before);
         }
-        let second = (self.estimates && result.is_ok()).then(|| {
-            setup.reference(&erased_method, &mut plan, (options, checked.hands_over), &sink.times())
+        // The reference run, with the same plan from its start.
+        let reference = (self.estimates_error && result.is_ok()).then(|| {
+            setup.make_reference_run(
+                &erased_method,
+                &mut plan,
+                (options, checked.may_change_method),
+                &sink.times(),
+            )
         });
+        // The trajectory without its records, which are in the sink.
         let trajectory = Trajectory {
             erased_method: Some(erased_method),
             relay,
@@ -142,13 +171,13 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
             has_law: law.is_some(),
             formulation: checked.formulation,
             stabilization,
-            kept,
-            consistent: self.consistent,
+            kept: masked_events,
+            consistent: self.consistent_output,
             error: None,
             fixed: options.fixed.is_some(),
         };
         drop(plan);
-        Ok((FinishedRun { model: self.model, constants, law, trajectory, second }, result))
+        Ok((FinishedRun { model: self.model, constants, law, trajectory, reference }, result))
     }
 
     #[cfg(feature = "progress")]
@@ -165,7 +194,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         let constants = self.model.constants();
         constants.map_err(|error| {
             let kind = SimulationErrorKind::SingularMassMatrix(error);
-            self.refused(diagnosis::explain_singular_mass_matrix(
+            self.refuse(diagnosis::explain_singular_mass_matrix(
                 self.model,
                 &with_inputs::<M>(self.law.as_ref(), self.start),
                 kind,
@@ -173,62 +202,62 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         })
     }
 
-    /// Refuses negative inertia at the start: generated code that eliminates constraints does not see the
-    /// sign of what it divides by.
-    fn check_inertia(&self, room: &mut [f64]) -> Result<(), SimulationError<M>> {
+    /// Refuses negative inertia at the start: generated code that eliminates constraints does not check the
+    /// signs of its pivots.
+    fn check_inertia(&self, workspace: &mut [f64]) -> Result<(), SimulationError<M>> {
         if !M::KINETIC || M::IS_FREE {
             return Ok(());
         }
         let start = with_inputs::<M>(self.law.as_ref(), self.start);
-        if is_positive(self.model, &start, room) {
+        if is_positive(self.model, &start, workspace) {
             return Ok(());
         }
-        match solve_general(self.model, &start, room).err() {
+        match solve_general(self.model, &start, workspace).err() {
             Some(SolveError::SingularMassMatrix(error)) if error.negative => {
-                Err(self.refused(SimulationErrorKind::SingularMassMatrix(error)))
+                Err(self.refuse(SimulationErrorKind::SingularMassMatrix(error)))
             }
-            // Where squares of it overflow, no solution shows the sign.
-            Some(_) => huge_and_negative(self.model, &start, room)
-                .map_or(Ok(()), |error| Err(self.refused(SimulationErrorKind::SingularMassMatrix(error)))),
+            // Where squares of the inertia overflow, the solution failed for another reason.
+            Some(_) => negative_overflowing_inertia(self.model, &start, workspace)
+                .map_or(Ok(()), |error| Err(self.refuse(SimulationErrorKind::SingularMassMatrix(error)))),
             None => Ok(()),
         }
     }
 
-    fn refused(&self, kind: SimulationErrorKind) -> SimulationError<M> {
+    fn refuse(&self, kind: SimulationErrorKind) -> SimulationError<M> {
         let start = self.start;
         SimulationError { kind, time: start.t(), step: 0.0, state: Box::new(start), trajectory: None }
     }
 
-    /// Puts the start onto the constraints, once it is known to lie there to within what was typed. The
-    /// memory that this took is there for the run.
-    fn place(&mut self, checked: &Checked<'m, M>) -> Result<Vec<f64>, SimulationError<M>> {
+    /// Checks that the start fulfils the constraints, and projects it where the formulation projects. Returns
+    /// the workspace, for the run.
+    fn make_start_consistent(&mut self, checked: &Checked<'m, M>) -> Result<Vec<f64>, SimulationError<M>> {
         let formulation = checked.formulation.as_ref().map(|(formulation, _)| *formulation);
-        // Constraints may contain inputs; what is held stays what it was.
+        // Constraints may contain inputs: the start is checked with those of the law, and keeps its own.
         let (mut start, held) = (with_inputs::<M>(self.law.as_ref(), self.start), *self.start.inputs());
         let run = (self.start.t(), checked.end);
         let mut stabilization = Stabilization::new(formulation, self.drift_limit, self.constants()?, run);
         for unilateral in &checked.unilaterals {
-            unilateral.turn(start.modes(), self.model, &mut start, &mut stabilization);
+            unilateral.align_slip_side(start.modes(), self.model, &mut start, &mut stabilization);
         }
-        match stabilization.begin(self.model, &mut start) {
+        match stabilization.ensure_consistent_start(self.model, &mut start) {
             Ok(()) => {
                 *start.inputs_mut() = held;
                 self.start = start;
             }
-            Err(PlaceError::State(error)) => {
-                return Err(self.refused(SimulationErrorKind::Start(Box::new(error))));
+            Err(ConsistencyError::State(error)) => {
+                return Err(self.refuse(SimulationErrorKind::Start(Box::new(error))));
             }
-            Err(PlaceError::Solve(error)) => return Err(self.refused(error.into())),
+            Err(ConsistencyError::Solve(error)) => return Err(self.refuse(error.into())),
         }
-        Ok(stabilization.into_memory())
+        Ok(stabilization.into_workspace())
     }
 
     fn check(&mut self) -> Result<Checked<'m, M>, SimulationError<M>> {
-        self.check_options().map_err(|error| self.refused(error.into()))
+        self.check_options().map_err(|error| self.refuse(error.into()))
     }
 }
 
-/// What the runs of a simulation have in common: the pilot run, the run itself, and the reference run.
+/// What the pilot run, the run and the reference run of a simulation have in common.
 struct RunSetup<'r, 'm, M: SimulationModel> {
     simulation: &'r Simulation<'m, M>,
     constants: &'r M::Constants,
@@ -239,73 +268,78 @@ struct RunSetup<'r, 'm, M: SimulationModel> {
 }
 
 impl<'r, 'm, M: SimulationModel> RunSetup<'r, 'm, M> {
-    /// At the start, with memory that was used before.
-    fn right_hand_side(&self, room: Vec<f64>) -> RightHandSide<'r, 'm, M> {
+    /// The right-hand side at the start, with a workspace that was used before.
+    fn right_hand_side(&self, workspace: Vec<f64>) -> RightHandSide<'r, 'm, M> {
         let Simulation { model, start, drift_limit, .. } = self.simulation;
         let interval = (start.t(), self.end);
-        let mut stabilization =
-            Stabilization::within(self.formulation, *drift_limit, *self.constants, interval, room);
+        let mut stabilization = Stabilization::with_workspace(
+            self.formulation,
+            *drift_limit,
+            *self.constants,
+            interval,
+            workspace,
+        );
         stabilization.contacts.clone_from(&self.contacts);
         RightHandSide {
             model,
             constants: self.constants,
             law: self.law,
-            held: *start.inputs(),
+            held_inputs: *start.inputs(),
             modes: start.modes(),
             evaluations: 0,
-            branches: Branches::FREE,
-            known: Branches::FREE,
-            memory: None,
+            held_branches: Branches::FREE,
+            acceleration_branches: Branches::FREE,
+            series_memory: None,
             listener: None,
             stabilization,
         }
     }
 
-    /// A run without events that shows no progress and keeps its method.
+    /// A run without events, without progress bar and without change of method.
     fn plan(&self, rhs: RightHandSide<'r, 'm, M>, options: StepOptions) -> RunPlan<'r, 'm, M> {
-        let Simulation { model, start, most_steps, cancel, .. } = self.simulation;
+        let Simulation { model, start, max_steps, cancel, .. } = self.simulation;
         RunPlan {
             rhs,
             start: *start,
             end: self.end,
             options,
-            most_steps: *most_steps,
+            max_steps: *max_steps,
             cancel: *cancel,
             locator: EventLocator::new(model, *self.constants, Vec::new(), Vec::new(), Vec::new()),
             progress: Progress::none(),
-            hands_over: false,
-            resumes: None,
+            may_change_method: false,
+            resume_from: None,
         }
     }
 
-    /// Runs ahead where the size of the motion decides the absolute tolerance, and gives the options that.
-    /// What it took is told.
-    fn pilot(
+    /// Makes the pilot run, where the motion is small, and sets the absolute tolerance of the options.
+    /// Returns the costs of the pilot run.
+    fn make_pilot_run(
         &self,
         erased_method: &SharedMethod<M>,
         options: &mut StepOptions,
     ) -> Option<(u64, StabilizationCounts)> {
         let start = &self.simulation.start;
-        let mut pilot = PilotRun::of(&mut self.right_hand_side(Vec::new()), start)?;
+        let mut pilot = PilotRun::start(&mut self.right_hand_side(Vec::new()), start)?;
         let mut plan = self.plan(self.right_hand_side(Vec::new()), *options);
-        // What ends it early ends the run itself, too, or has been put right there by an event.
+        // An error of the pilot run is ignored: the run meets it, too, or an event of the run prevents it.
         let (counts, _) = run(&**erased_method, &mut plan, &mut pilot);
         let absolute = &mut options.tolerances.absolute;
-        *absolute = pilot.absolute(&mut self.right_hand_side(Vec::new()), *absolute);
+        *absolute = pilot.absolute_tolerance(&mut self.right_hand_side(Vec::new()), *absolute);
         Some((counts.evaluations, plan.rhs.stabilization.counts))
     }
 
-    /// Runs once more with settings that tell the error of the run at these times.
-    fn reference(
+    /// Makes the reference run, whose difference at these times estimates the error of the run.
+    fn make_reference_run(
         &self,
         erased_method: &SharedMethod<M>,
         plan: &mut RunPlan<'r, 'm, M>,
-        (options, hands_over): (StepOptions, bool),
+        (options, may_change_method): (StepOptions, bool),
         times: &[f64],
     ) -> ReferenceRun<M> {
         let settings = ReferenceSettings::of(&options, erased_method.method());
-        plan.restart(self.right_hand_side(Vec::new()), settings.options(options), hands_over);
-        plan.most_steps = self.simulation.most_steps.saturating_mul(ReferenceSettings::MORE_STEPS);
+        plan.restart(self.right_hand_side(Vec::new()), settings.options(options), may_change_method);
+        plan.max_steps = self.simulation.max_steps.saturating_mul(ReferenceSettings::MORE_STEPS);
         let (times, is_middle) = comparison_times(times, options.fixed.is_some());
         let mut probe = ReferenceSink::at(times);
         let (counts, _, result) = run_method(erased_method, plan, &mut probe);
@@ -318,30 +352,30 @@ impl<'r, 'm, M: SimulationModel> RunSetup<'r, 'm, M> {
     }
 }
 
-/// The first coordinate whose inertia is negative, of a size whose square is beyond all numbers.
-fn huge_and_negative<M: SimulationModel>(
+/// The first coordinate with a negative inertia whose square overflows.
+fn negative_overflowing_inertia<M: SimulationModel>(
     model: &M,
     state: &M::State,
-    room: &mut [f64],
+    workspace: &mut [f64],
 ) -> Option<SingularMassMatrix> {
-    let mass = mass(model, state, room);
+    let mass = mass(model, state, workspace);
     let own = |i: usize| mass[i * (M::Vector::LEN + 1)];
     let coordinate = (0..M::Vector::LEN).find(|&i| own(i) < 0.0 && (own(i) * own(i)).is_infinite())?;
     let (name, pivot) = (M::COORDINATES[coordinate].name, own(coordinate));
     Some(SingularMassMatrix { coordinate, name, pivot, negative: true })
 }
 
-/// Counts, when which method took over, how it ended.
+/// The counts; the time of a change of method and the new method; how the run ended.
 type RunOutcome<M> = (Counts, Option<(f64, SharedMethod<M>)>, Result<(), RunFailure>);
 
-/// Runs a plan to its end; over to an implicit method where it is stiff. From when and with which is told.
+/// Runs a plan to its end, with Radau IIA from where the motion is stiff.
 fn run_method<M: SimulationModel>(
     erased_method: &SharedMethod<M>,
     plan: &mut RunPlan<'_, '_, M>,
     sink: &mut dyn Sink<M>,
 ) -> RunOutcome<M> {
     #[cfg(feature = "std")]
-    let (begun, _watch) = (std::time::Instant::now(), crate::slow_build::SlowBuildNote::start());
+    let (started, _watch) = (std::time::Instant::now(), crate::slow_build::SlowBuildNote::start());
     #[allow(unused_mut, reason = "without `std` there is no clock to set it by")]
     let (mut counts, mut result) = run(&**erased_method, plan, sink);
     let mut relay = None;
@@ -352,12 +386,12 @@ fn run_method<M: SimulationModel>(
     }
     #[cfg(feature = "std")]
     {
-        counts.wall_time = Some(begun.elapsed());
+        counts.wall_time = Some(started.elapsed());
     }
     (counts, relay, result.map(|_| ()))
 }
 
-/// Goes on with another method from where one stopped; counts are those of both.
+/// Continues with another method from where the first stopped. The counts are those of both.
 fn resume<M: SimulationModel>(
     erased_method: &SharedMethod<M>,
     plan: &mut RunPlan<'_, '_, M>,
@@ -365,12 +399,12 @@ fn resume<M: SimulationModel>(
     before: &Counts,
     sink: &mut dyn Sink<M>,
 ) -> (Counts, Result<RunEnd<M::State>, RunFailure>) {
-    plan.resumes = Some((state, before.steps + before.rejected));
-    plan.hands_over = false;
-    // What was asked for the first step is over.
+    plan.resume_from = Some((state, before.steps + before.rejected));
+    plan.may_change_method = false;
+    // The option `first_step` was for the first method.
     plan.options.first = None;
     let (after, result) = run(&**erased_method, plan, sink);
-    // The right-hand side has counted its evaluations all along.
+    // The right-hand side has counted the evaluations of both.
     let (steps, rejected) = (before.steps + after.steps, before.rejected + after.rejected);
     (
         Counts {
@@ -384,25 +418,26 @@ fn resume<M: SimulationModel>(
     )
 }
 
-/// What is left of a simulation that has run; the trajectory's records are in the sink.
+/// A simulation that has run. The records of its trajectory are in the sink.
 struct FinishedRun<'m, M: SimulationModel> {
     model: &'m M,
     constants: M::Constants,
     law: Option<InputLaw<'m, M>>,
     trajectory: Trajectory<M>,
-    /// The run that tells its error, where one was asked for.
-    second: Option<ReferenceRun<M>>,
+    /// The reference run, where one was asked for.
+    reference: Option<ReferenceRun<M>>,
 }
 
-/// A run with how it ended.
+/// A finished run, and how it ended.
 type RunResult<'m, M> = (FinishedRun<'m, M>, Result<(), RunFailure>);
 
-fn broken_off<M: SimulationModel>(halt: RunFailure, trajectory: Trajectory<M>) -> SimulationError<M> {
+/// The error of a run that ended early, with the motion up to there.
+fn interrupted<M: SimulationModel>(failure: RunFailure, trajectory: Trajectory<M>) -> SimulationError<M> {
     let state = trajectory.last().state;
     SimulationError {
-        kind: halt.kind,
+        kind: failure.kind,
         time: state.t(),
-        step: halt.h,
+        step: failure.h,
         state: Box::new(state),
         trajectory: Some(Box::new(trajectory)),
     }

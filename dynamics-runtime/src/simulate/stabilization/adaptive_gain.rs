@@ -1,66 +1,75 @@
-//! How fast gains that are tied to the step take back what has drifted, and what drift makes of a motion.
+//! Baumgarte's gains: how fast tied gains correct the drift, and whether fixed gains bound the steps.
+//!
+//! Tied gains add −(3/2 Φ̇ + Φ/τ)/τ throughout a step ([`Formulation::BaumgarteTied`]); this file
+//! chooses τ. The accelerations are found in [`Stabilization::set_step_correction`].
+//!
+//! [`Stabilization::set_step_correction`]: crate::simulate::stabilization::Stabilization::set_step_correction
 
 use crate::math;
 use crate::simulate::options::formulation::Formulation;
 
-/// Pace at which τ of tied gains shrinks, in parts of that of time.
-const SHRINKS: f64 = 0.5;
+/// Largest rate |dτ/dt| at which τ of tied gains shrinks. Drift fades as e^(−¾∫dt/τ), with this rate
+/// as τ^(3/2). So Φ/τ, the velocity that corrects it, falls with τ. Above 3/4 that velocity would grow.
+const MAX_SHRINK_RATE: f64 = 0.5;
 
-/// Part of the first step that was tried below which τ does not begin.
-const FIRST: f64 = 0.2;
+/// Least τ of the first step, in parts of its first attempted length. An event at the very start may leave a
+/// first step of almost no length, and gains of 1/h would be unbounded.
+const MIN_PART_OF_FIRST_STEP: f64 = 0.2;
 
-/// The time τ of tied gains: the step, but where steps become shorter it follows them no faster than time
-/// goes on. A step that is cut short, to a part r of the one before, would else have to take back in r of the
-/// time what had drifted in that, and leave velocities wrong by 1/r of what they were; going on at τ it
-/// multiplies what has drifted by the eigenvalues of [[1 − r²/2, r − ¾r²], [−r, 1 − 3r/2]], less than 1 for
-/// all r to 1. With τ shrinking at half the pace of time, drift, which fades as e^(−¾∫dt/τ), falls with the
-/// power 3/2 of τ, so that velocities that take it back in τ fall, too.
+/// The correction time τ of tied gains. It is the step size h, except where steps become shorter: then τ
+/// shrinks no faster than [`MAX_SHRINK_RATE`].
+///
+/// A step that is cut to the part r of the one before would otherwise have to correct in r of the time what
+/// had drifted before, and its velocities would be wrong by 1/r of their former error. With τ unchanged,
+/// (Φ, τΦ̇) is multiplied by [[1 − r²/2, r − ¾r²], [−r, 1 − 3r/2]], whose eigenvalues are
+/// below 1 for all r up to 1.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Pace {
-    /// Where the step starts that was tried last, and τ before it.
-    start: Option<f64>,
-    before: f64,
-    pub(crate) now: f64,
-    /// Of a step that is made again; 0 of others.
-    pub(crate) recorded: f64,
+pub(crate) struct CorrectionTime {
+    /// Start time of the last attempted step, and τ before that step.
+    step_start: Option<f64>,
+    before_step: f64,
+    pub(crate) tau: f64,
+    /// τ of a step that is repeated, 0 in a run.
+    pub(crate) replayed: f64,
 }
 
-impl Pace {
-    /// τ of a step of length h from a time.
+impl CorrectionTime {
+    /// τ of a step of length h that starts at t.
     pub(crate) fn of_step(&mut self, t: f64, h: f64) -> f64 {
-        if self.recorded > 0.0 {
-            return self.recorded;
+        if self.replayed > 0.0 {
+            return self.replayed;
         }
-        if self.start != Some(t) {
-            // An event at the very start may leave nothing of the first step.
-            (self.start, self.before) = (Some(t), if self.now > 0.0 { self.now } else { FIRST * h });
+        if self.step_start != Some(t) {
+            (self.step_start, self.before_step) =
+                (Some(t), if self.tau > 0.0 { self.tau } else { MIN_PART_OF_FIRST_STEP * h });
         }
-        self.now = math::max(h, self.before - SHRINKS * h);
-        self.now
+        self.tau = math::max(h, self.before_step - MAX_SHRINK_RATE * h);
+        self.tau
     }
 }
 
-/// The larger gain of Baumgarte's stabilization, where it may bound the steps of a run: a thousand and more,
-/// on average from a tenth of the time in which it takes drift back to ten times that. Stability bounds them
-/// so, or the noise that the gain makes of rounding.
+/// The larger gain of Baumgarte's stabilization, where it may be what bounds the steps of a run: after at
+/// least a thousand steps whose mean length is between a tenth of 1/gain and ten times that. Either stability
+/// bounds the steps so, or the rounding noise that the gain amplifies. The message about too many steps names
+/// it.
 pub(crate) fn bounding_gain(
     formulation: Option<Formulation>,
     [start, now]: [f64; 2],
-    made: u64,
+    steps_made: u64,
 ) -> Option<f64> {
     let Some(Formulation::Baumgarte { alpha, beta }) = formulation else { return None };
-    let (gain, way) = (alpha.max(beta), (now - start).abs());
-    let steps = way * gain / made as f64;
-    (made >= 1000 && (0.1..10.0).contains(&steps)).then_some(gain)
+    let (gain, elapsed) = (alpha.max(beta), (now - start).abs());
+    let steps_per_correction = elapsed * gain / steps_made as f64;
+    (steps_made >= 1000 && (0.1..10.0).contains(&steps_per_correction)).then_some(gain)
 }
 
-/// What drift made of a motion: constraints that are missed by a little lead a little elsewhere, near
-/// positions where they nearly lose rank by much.
+/// Influence of drift on the direction of a motion. A small violation of the constraints changes the
+/// direction a little, and by much near positions where the constraints nearly lose rank.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriftInfluence {
-    /// Part of the velocity by which the way back to the constraints changes.
+    /// Change of the correction back to the constraints, in parts of the velocity.
     pub part: f64,
-    /// When.
+    /// Time of the largest influence.
     pub time: f64,
 }
 
@@ -70,9 +79,10 @@ mod tests {
 
     /// What is left of Φ and Φ̇ after steps of these lengths, from Φ = 1.
     fn left(steps: impl IntoIterator<Item = f64>) -> [f64; 2] {
-        let (mut pace, mut t, [mut position, mut velocity]) = (Pace::default(), 0.0, [1.0, 0.0]);
+        let (mut correction_time, mut t, [mut position, mut velocity]) =
+            (CorrectionTime::default(), 0.0, [1.0, 0.0]);
         for h in steps {
-            let tau = pace.of_step(t, h);
+            let tau = correction_time.of_step(t, h);
             let push = -(1.5 * velocity + position / tau) / tau;
             position += h * (velocity + 0.5 * h * push);
             velocity += h * push;
@@ -103,17 +113,17 @@ mod tests {
 
     #[test]
     fn a_first_step_of_no_length_has_finite_gains() {
-        let mut pace = Pace::default();
-        assert_eq!([1.0, 0.5, 0.0].map(|h| pace.of_step(0.0, h)), [1.0, 0.5, 0.2]);
+        let mut correction_time = CorrectionTime::default();
+        assert_eq!([1.0, 0.5, 0.0].map(|h| correction_time.of_step(0.0, h)), [1.0, 0.5, 0.2]);
     }
 
     #[test]
     fn a_step_that_is_tried_again_has_the_pace_of_its_start() {
-        let mut pace = Pace::default();
-        pace.of_step(0.0, 1.0);
-        assert_eq!([0.5, 0.1, 0.5].map(|h| pace.of_step(1.0, h)), [0.75, 0.95, 0.75]);
-        assert_eq!(pace.of_step(1.5, 0.5), 0.5);
-        pace.recorded = 0.3;
-        assert_eq!(pace.of_step(2.0, 0.1), 0.3);
+        let mut correction_time = CorrectionTime::default();
+        correction_time.of_step(0.0, 1.0);
+        assert_eq!([0.5, 0.1, 0.5].map(|h| correction_time.of_step(1.0, h)), [0.75, 0.95, 0.75]);
+        assert_eq!(correction_time.of_step(1.5, 0.5), 0.5);
+        correction_time.replayed = 0.3;
+        assert_eq!(correction_time.of_step(2.0, 0.1), 0.3);
     }
 }

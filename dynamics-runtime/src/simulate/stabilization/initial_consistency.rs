@@ -1,4 +1,9 @@
-//! Whether a start, or what an action makes of a state, has a place on the constraints.
+//! Initial consistency: whether a start, or a state that an action left, fulfils the constraints.
+//!
+//! A start has to fulfil Φ = 0 and Φ̇ = 0 to what is typed ([`check_held`]); formulations that project
+//! then move it onto the constraints to rounding level. A state that an action left is treated likewise;
+//! where constraints may drift, it must not violate them more than before the action. Impacts are applied
+//! before, in `events/action.rs`.
 
 use crate::constrain;
 use crate::constrain::active_set::active_rows;
@@ -9,17 +14,26 @@ use crate::model::{Constraints, Known, ModelState, Vector};
 use crate::simulate::stabilization::{Distances, Stabilization};
 
 impl<M: Constraints> Stabilization<M> {
-    /// Checks a start, and puts it onto the constraints where the formulation keeps it there.
-    pub(crate) fn begin(&mut self, model: &M, state: &mut M::State) -> Result<(), PlaceError> {
+    /// Checks a start, and projects it where the formulation projects.
+    pub(crate) fn ensure_consistent_start(
+        &mut self,
+        model: &M,
+        state: &mut M::State,
+    ) -> Result<(), ConsistencyError> {
         if M::IS_FREE {
             return Ok(());
         }
-        self.put(model, state, ViolationScale::RowSize)?;
+        self.check_and_project(model, state, ViolationScale::RowSize)?;
         Ok(constrain::check_sides(model, state)?)
     }
 
-    /// The same for the constraints that hold alone.
-    fn put(&mut self, model: &M, state: &mut M::State, against: ViolationScale) -> Result<(), PlaceError> {
+    /// Checks the constraints that hold, and projects where the formulation projects.
+    fn check_and_project(
+        &mut self,
+        model: &M,
+        state: &mut M::State,
+        against: ViolationScale,
+    ) -> Result<(), ConsistencyError> {
         check_active_constraints(model, state, against)?;
         if self.projects() {
             self.project(model, state)?;
@@ -27,43 +41,44 @@ impl<M: Constraints> Stabilization<M> {
         Ok(())
     }
 
-    /// The same for a state that an action made of another one. Where constraints may drift they have, and it
-    /// must not have made that worse.
-    pub(crate) fn place(
+    /// Checks a state that an action made of the state `before`, and projects it where the formulation
+    /// projects. Where constraints may drift, the action must not have increased their violation.
+    pub(crate) fn ensure_consistent_after_action(
         &mut self,
         model: &M,
         before: &M::State,
         state: &mut M::State,
-    ) -> Result<(), PlaceError> {
-        // What was seen before an action says nothing of what follows it.
-        self.look = None;
+    ) -> Result<(), ConsistencyError> {
+        // An inspection of the drift before the action does not predict the drift behind it.
+        self.last_inspection = None;
         if self.projects() {
-            self.put(model, state, ViolationScale::OnePlusLargest)
+            self.check_and_project(model, state, ViolationScale::OnePlusLargest)
         } else {
-            Ok(self.check_worse(model, before, state)?)
+            Ok(self.check_not_worse(model, before, state)?)
         }
     }
 
-    /// Refuses a state that violates a row by more than a start may, and by more than twice what it was
-    /// violated by before, where it held.
-    fn check_worse(&mut self, model: &M, before: &M::State, state: &M::State) -> Result<(), StateError> {
+    /// Refuses a state that violates a row by more than a start may, and by more than twice its violation
+    /// before the action, if the row held then.
+    fn check_not_worse(&mut self, model: &M, before: &M::State, state: &M::State) -> Result<(), StateError> {
         let held = before.modes();
         let distances = |stabilization: &mut Self, state: &M::State, row: usize| {
             let (velocity, of) =
                 (model.velocity_residual(state), Distances::of(model, state, &mut stabilization.workspace));
             let position = if row < M::Residual::LEN { model.residual(state)[row] } else { 0.0 };
-            [(position, of.along(row, position)), (velocity[row], of.along(row, velocity[row]))]
+            [(position, of.distance(row, position)), (velocity[row], of.distance(row, velocity[row]))]
         };
         let sizes = [state.q(), state.u()].map(|values| CONSISTENT * (1.0 + max_abs(values.as_slice())));
         for row in active_rows::<M>(state.modes(), false) {
             let held_before = active_rows::<M>(held, false).any(|known| known == row);
-            let past = if held_before {
+            let distances_before = if held_before {
                 distances(self, before, row).map(|(_, distance)| distance)
             } else {
                 [0.0; 2]
             };
             let [position, velocity] = distances(self, state, row);
-            let kept = |(_, distance): (f64, f64), at: usize| distance <= sizes[at].max(2.0 * past[at]);
+            let kept =
+                |(_, distance): (f64, f64), at: usize| distance <= sizes[at].max(2.0 * distances_before[at]);
             let (row, switched) = constrain::assemble::row_names::<M>(row);
             if !kept(position, 0) {
                 let (residual, distance) = position;
@@ -78,20 +93,20 @@ impl<M: Constraints> Stabilization<M> {
     }
 }
 
-/// Why a state has no place on the constraints.
+/// Why a state is not consistent with the constraints.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum PlaceError {
+pub(crate) enum ConsistencyError {
     State(StateError),
     Solve(SolveError),
 }
 
-impl From<StateError> for PlaceError {
+impl From<StateError> for ConsistencyError {
     fn from(error: StateError) -> Self {
         Self::State(error)
     }
 }
 
-impl From<SolveError> for PlaceError {
+impl From<SolveError> for ConsistencyError {
     fn from(error: SolveError) -> Self {
         Self::Solve(error)
     }

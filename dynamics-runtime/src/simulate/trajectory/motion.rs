@@ -314,21 +314,21 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         self.rhs_in(index, Vec::new())
     }
 
-    /// The same in memory that another one left: see [`Stabilization::into_memory`].
+    /// The same in memory that another one left: see [`Stabilization::into_workspace`].
     pub(crate) fn rhs_in(&self, index: usize, memory: Vec<f64>) -> RightHandSide<'_, 'm, M> {
         let Record { state, usual, pace, .. } = &self.trajectory.records[index];
         let mut stabilization = self.stabilization(*usual, memory);
-        stabilization.replay(*pace);
+        stabilization.replay_correction_time(*pace);
         RightHandSide {
             model: self.model,
             constants: &self.constants,
             law: self.law.as_ref(),
-            held: *state.inputs(),
+            held_inputs: *state.inputs(),
             modes: state.modes(),
             evaluations: 0,
-            branches: Branches::FREE,
-            known: Branches::FREE,
-            memory: None,
+            held_branches: Branches::FREE,
+            acceleration_branches: Branches::FREE,
+            series_memory: None,
             listener: None,
             stabilization,
         }
@@ -337,9 +337,9 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     fn stabilization(&self, usual: Option<f64>, memory: Vec<f64>) -> Stabilization<M> {
         let run = (self.start_time(), self.end_time());
         let mut stabilization =
-            Stabilization::within(self.formulation(), f64::INFINITY, self.constants, run, memory);
-        stabilization.usual = usual;
-        stabilization.under_way = true;
+            Stabilization::with_workspace(self.formulation(), f64::INFINITY, self.constants, run, memory);
+        stabilization.mean_sensitivity = usual;
+        stabilization.is_under_way = true;
         stabilization
     }
 
@@ -381,11 +381,12 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         // After a reset, other constraints or another method nothing of before counts.
         let step_replay = step_replay.filter(|_| remade.is_some() && self.is_followed_alike(index));
         let interpolant = match remade {
-            Some(remade) if !rhs.strays(&*remade, &step, tolerances) => remade,
+            Some(remade) if !rhs.interpolant_strays(&*remade, &step, tolerances) => remade,
             remade => self.interpolant_of_ends(&mut rhs, &step, remade),
         };
         let projects = M::IS_HELD && rhs.projects_between(&*interpolant, &step, tolerances);
-        *replay = Some(ReplayState { step_replay, next: index + 1, memory: rhs.stabilization.into_memory() });
+        *replay =
+            Some(ReplayState { step_replay, next: index + 1, memory: rhs.stabilization.into_workspace() });
         CachedInterpolant { index, interpolant, projects }
     }
 
@@ -416,8 +417,8 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         let tolerances = &self.trajectory.tolerances;
         match remade {
             Some(remade)
-                if rhs.off_between(&*remade, step, tolerances)
-                    <= rhs.off_between(&quintic, step, tolerances) =>
+                if rhs.violation_between(&*remade, step, tolerances)
+                    <= rhs.violation_between(&quintic, step, tolerances) =>
             {
                 remade
             }
@@ -513,7 +514,7 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
         }
         let stabilization =
             self.stabilization.get_or_insert_with(|| self.motion.stabilization(usual, Vec::new()));
-        stabilization.usual = usual;
+        stabilization.mean_sensitivity = usual;
         // Constraints may contain inputs; the law sees those that are held.
         let mut projected = self.motion.complete(between);
         let mut done =

@@ -13,7 +13,7 @@ use core::fmt;
 use crate::integrate::{Accelerations as _, Stabilized as _, Switching as _};
 use crate::model::{ModelState, SimulationModel};
 use crate::simulate::erased_method::{SharedMethod, StepReplay};
-use crate::simulate::right_hand_side::on;
+use crate::simulate::right_hand_side::state_on_branches;
 use crate::simulate::trajectory::motion::{Motion, Sampler};
 
 /// Quarters, as where positions are solved: see `Motion::add_work`.
@@ -211,14 +211,14 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         if rhs.begin_attempt(&mut step.start, step.h).is_err() {
             return false;
         }
-        let (model, branches, h) = (rhs.model, rhs.branches, step.h);
+        let (model, branches, h) = (rhs.model, rhs.held_branches, step.h);
         let (mut stages, mut powers) = (weights.iter().copied(), vec![0.0; work.len()]);
         let mut read = move |state: &M::State| {
             let weight = stages.next().unwrap_or(0.0);
             if weight == 0.0 {
                 return;
             }
-            model.powers(&on::<M>(branches, state), &mut powers);
+            model.powers(&state_on_branches::<M>(branches, state), &mut powers);
             for (work, power) in work.iter_mut().zip(&powers) {
                 *work += h * weight * power;
             }

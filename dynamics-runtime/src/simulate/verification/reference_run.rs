@@ -4,7 +4,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use crate::model::{Model, ModelState};
-use crate::simulate::events::location::Flow;
+use crate::simulate::events::rules::Flow;
 use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::run::sinks::Sink;
 use crate::simulate::trajectory::global_error::ReferenceSettings;
@@ -84,7 +84,7 @@ impl<M: Model> Sink<M> for ReferenceSink<M> {
         Ok(Flow::Continue)
     }
 
-    fn stand(&mut self, _: Record<M>) {}
+    fn end_segment(&mut self, _: Record<M>) {}
 
     fn event(&mut self, event: EventRecord<M::State>) {
         self.events.push(event);

@@ -176,7 +176,7 @@ impl<M: SimulationModel> Motion<'_, M> {
             Some(step.end)
         };
         let end = make();
-        *memory = rhs.stabilization.into_memory();
+        *memory = rhs.stabilization.into_workspace();
         end
     }
 

@@ -11,7 +11,7 @@ use crate::integrate::choice::Radau5;
 use crate::integrate::{Accelerations as _, Phase, Step, StepNode, zip};
 use crate::model::{ModelState as _, SimulationModel, Vector};
 use crate::simulate::erased_method::ErasedMethod;
-use crate::simulate::run::monitors::stiffness_detection::longer;
+use crate::simulate::run::monitors::stiffness_detection::worthwhile_factor;
 use crate::simulate::trajectory::motion::Motion;
 
 /// Runs with fewer steps have nothing to gain: an implicit step takes as long as two or three of theirs.
@@ -64,7 +64,7 @@ impl<M: SimulationModel> Motion<'_, M> {
             return None;
         }
         let records = &self.trajectory.records;
-        let longer = longer(M::Vector::LEN);
+        let longer = worthwhile_factor(M::Vector::LEN);
         let places = (1..=PLACES).map(|k| k * records.len() / (PLACES + 1));
         let found = places
             .filter(|&index| self.implicit_steps_pass(index, longer))

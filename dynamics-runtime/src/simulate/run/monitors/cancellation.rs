@@ -1,4 +1,4 @@
-//! Runs that another thread ends.
+//! Cancellation: a run ends because another thread or a signal handler has set a flag.
 
 use core::sync::atomic::Ordering;
 
@@ -8,7 +8,7 @@ use crate::simulate::erased_method::stepping::StepStatistics;
 use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::run::monitor::{Monitor, Watched};
 
-/// Looks at the flag of [`cancel`](crate::simulate::Simulation::cancel) before every step.
+/// Reads the flag of [`cancel`](crate::simulate::Simulation::cancel) before every step.
 pub(crate) struct Cancellation;
 
 impl<M: SimulationModel> Monitor<M> for Cancellation {

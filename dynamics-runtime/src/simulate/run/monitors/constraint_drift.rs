@@ -1,5 +1,9 @@
-//! Constraints that a formulation lets drift: how far they may, and where drift decides how the motion goes
-//! on.
+//! Constraint drift: ends a motion whose constraints have drifted too far, or whose drift decides its
+//! direction.
+//!
+//! Drift is measured in `stabilization/drift_monitor.rs`; formulations that project have none. Near a
+//! singular position the drift would choose the branch: that is `BranchUndetermined`. Elsewhere the drift
+//! limit applies.
 
 use alloc::boxed::Box;
 
@@ -9,16 +13,16 @@ use crate::math;
 use crate::model::{Known, SimulationModel};
 use crate::simulate::diagnosis::{self, RowDiscontinuity};
 use crate::simulate::failure::SimulationErrorKind as Kind;
+use crate::simulate::right_hand_side::NEARLY_SINGULAR_CONDITION;
 use crate::simulate::run::monitor::{Monitor, Objection, Valid, Watched};
 use crate::simulate::stabilization::{DriftVerdict, Drifted};
 
-/// Conditioning of constraints from which on a singular position is near.
-const NEARLY_SINGULAR: f64 = 5.0;
-/// Part of a motion that drift may decide where no singular position is known to be near: a single row says
-/// nothing of its size, and loses its direction where its gradient vanishes.
-const MOST_DECIDED: f64 = 0.1;
+/// Largest influence of drift where the condition does not show a singular position. The condition of a
+/// single row is always 1, although its gradient may vanish. Then the shortening of the gradient counts, with
+/// this larger bound.
+const MAX_INFLUENCE_OF_ONE_ROW: f64 = 0.1;
 
-/// Looks at every step of a formulation that does not project its states.
+/// Checks every step of a formulation that does not project.
 pub(crate) struct DriftMonitor;
 
 impl<M: SimulationModel> Monitor<M> for DriftMonitor {
@@ -35,16 +39,19 @@ impl<M: SimulationModel> Monitor<M> for DriftMonitor {
         if M::IS_FREE || run.plan.rhs.stabilization.projects() {
             return Ok(());
         }
-        drift(run, step).map_err(|kind| up_to_corner(run, step, kind))
+        check_drift(run, step).map_err(|kind| valid_up_to_corner(run, step, kind))
     }
 }
 
 /// An error where the constraints have drifted too far at the end of a step.
 #[inline]
-fn drift<M: SimulationModel>(run: &mut Watched<'_, '_, '_, M>, step: &Step<M::Vector>) -> Result<(), Kind> {
+fn check_drift<M: SimulationModel>(
+    run: &mut Watched<'_, '_, '_, M>,
+    step: &Step<M::Vector>,
+) -> Result<(), Kind> {
     let rhs = &mut run.plan.rhs;
     let state = rhs.state(step.end.t, &step.end.y.q, &step.end.y.u);
-    let (part, shortened) = match rhs.stabilization.look(rhs.model, &state, step.h)? {
+    let (part, shortened) = match rhs.stabilization.inspect_drift(rhs.model, &state, step.h)? {
         DriftVerdict::Harmless => return Ok(()),
         DriftVerdict::TooFar(Drifted { what, row, residual, distance, limit }) => {
             return Err(Kind::Drift { what, row, residual, distance, limit });
@@ -52,18 +59,20 @@ fn drift<M: SimulationModel>(run: &mut Watched<'_, '_, '_, M>, step: &Step<M::Ve
         DriftVerdict::Decides { part, shortened } => (part, shortened),
     };
     let RankMargin { condition, rows, coordinates } = rank_margin(rhs.model, &state);
-    // Plain drift of constraints that are far from losing rank has a limit of its own.
-    if condition < NEARLY_SINGULAR && (part < MOST_DECIDED || shortened < NEARLY_SINGULAR) {
+    // Far from lost rank, the drift limit alone applies.
+    if condition < NEARLY_SINGULAR_CONDITION
+        && (part < MAX_INFLUENCE_OF_ONE_ROW || shortened < NEARLY_SINGULAR_CONDITION)
+    {
         return Ok(());
     }
     let condition = math::max(condition, shortened);
     Err(Kind::BranchUndetermined { rows, coordinates, condition })
 }
 
-/// Where one of the constraints that have drifted has a corner within the step, the motion is right up to
-/// there.
+/// If a constraint has a corner within the step, that is why it has drifted: the motion is valid up to the
+/// corner.
 #[cold]
-fn up_to_corner<M: SimulationModel>(
+fn valid_up_to_corner<M: SimulationModel>(
     run: &mut Watched<'_, '_, '_, M>,
     step: &Step<M::Vector>,
     kind: Kind,

@@ -1,10 +1,10 @@
-//! The progress bar of a run.
+//! Progress report: the progress bar of a run.
 
 use crate::integrate::Method;
 use crate::model::SimulationModel;
 use crate::simulate::run::monitor::{Advice, Monitor, Retreat, Watched};
 
-/// Moves the bar of the plan, which lasts over a change of methods.
+/// Advances the progress bar, which belongs to the plan and so survives a change of method.
 pub(crate) struct ProgressReport;
 
 impl<M: SimulationModel> Monitor<M> for ProgressReport {

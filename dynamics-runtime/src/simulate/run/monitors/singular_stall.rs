@@ -1,5 +1,8 @@
-//! Steps that hardly go on any more before a singular position of the constraints: rounding errors count for
-//! more than the tolerance there, the nearer the more.
+//! Singular stall: steps that hardly advance before a singular position of the constraints.
+//!
+//! Near it the constraints amplify rounding errors above the tolerance, so steps become ever shorter. If the
+//! last steps are so short that the permitted steps would run out, and the singular position is near
+//! (`diagnosis/singular_position.rs`), the motion ends.
 
 use crate::integrate::{Method, StepOptions};
 use crate::model::SimulationModel;
@@ -9,16 +12,16 @@ use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::run::monitor::{Monitor, Watched};
 use crate::simulate::run::monitors::step_size_collapse::steps_vanish;
 
-/// Steps between two looks at how far they came.
-const LOOK_INTERVAL: u64 = 512;
+/// Steps between two checks of the progress. The check is cheap, the diagnosis that may follow is not.
+const STALL_CHECK_INTERVAL: u64 = 512;
 
 /// Ends a motion that would use up its steps before a singular position.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SingularStall {
-    /// The number of steps at which the next look is taken.
-    next: u64,
-    /// When the last look was.
-    last: f64,
+    /// Number of steps of the next check.
+    next_check: u64,
+    /// Time of the motion at the last check.
+    last_check_time: f64,
 }
 
 impl<M: SimulationModel> Monitor<M> for SingularStall {
@@ -32,27 +35,27 @@ impl<M: SimulationModel> Monitor<M> for SingularStall {
         run: &mut Watched<'_, '_, '_, M>,
         statistics: &StepStatistics,
     ) -> Result<(), Kind> {
-        let made = run.steps_tried(statistics);
-        match self.took(made, statistics.t) {
-            Some(took) => look(run, statistics, (made, took)),
+        let steps_made = run.steps_tried(statistics);
+        match self.duration_since_check(steps_made, statistics.t) {
+            Some(duration) => check_stall(run, statistics, (steps_made, duration)),
             None => Ok(()),
         }
     }
 }
 
-/// The last [`LOOK_INTERVAL`] of the steps made took this time.
+/// An error if the motion stalls: the last [`STALL_CHECK_INTERVAL`] steps advanced it by this duration.
 #[cold]
-fn look<M: SimulationModel>(
+fn check_stall<M: SimulationModel>(
     run: &mut Watched<'_, '_, '_, M>,
     statistics: &StepStatistics,
-    (made, took): (u64, f64),
+    (steps_made, duration): (u64, f64),
 ) -> Result<(), Kind> {
     let StepOptions { fixed, most, .. } = run.plan.options;
-    let (now, limit) = (statistics.t, run.plan.most_steps);
+    let (now, limit) = (statistics.t, run.plan.max_steps);
     if fixed.is_none()
         && statistics.proposed < most
-        && runs_out(took, (made, limit), (now, run.plan.end))
-        && singular_position::stalls_before_singular_position(run.plan.rhs.model, &run.now(), took)
+        && steps_run_out(duration, (steps_made, limit), (now, run.plan.end))
+        && singular_position::stalls_before_singular_position(run.plan.rhs.model, &run.now(), duration)
     {
         return Err(steps_vanish(run, now));
     }
@@ -61,24 +64,24 @@ fn look<M: SimulationModel>(
 
 impl SingularStall {
     fn new() -> Self {
-        Self { next: LOOK_INTERVAL, last: f64::NEG_INFINITY }
+        Self { next_check: STALL_CHECK_INTERVAL, last_check_time: f64::NEG_INFINITY }
     }
 
-    /// The time that the last [`LOOK_INTERVAL`] steps took, where so many were made.
+    /// The duration of the last [`STALL_CHECK_INTERVAL`] steps, where so many were made since the last check.
     #[inline(always)]
-    fn took(&mut self, made: u64, t: f64) -> Option<f64> {
-        if made < self.next {
+    fn duration_since_check(&mut self, steps_made: u64, t: f64) -> Option<f64> {
+        if steps_made < self.next_check {
             return None;
         }
-        self.next = made + LOOK_INTERVAL;
-        Some((t - core::mem::replace(&mut self.last, t)).abs())
+        self.next_check = steps_made + STALL_CHECK_INTERVAL;
+        Some((t - core::mem::replace(&mut self.last_check_time, t)).abs())
     }
 }
 
-/// Whether steps that go on as the last [`LOOK_INTERVAL`] did, which took this time, are used up before the
-/// end: what rests beside such a position comes to its end.
-fn runs_out(took: f64, (made, limit): (u64, u64), (t, end): (f64, f64)) -> bool {
-    took * (limit.saturating_sub(made) as f64) < LOOK_INTERVAL as f64 * (end - t).abs()
+/// Whether the permitted steps would run out before the end if all advanced as the last
+/// [`STALL_CHECK_INTERVAL`] did. A motion that rests near a singular position comes to its end.
+fn steps_run_out(duration: f64, (steps_made, limit): (u64, u64), (t, end): (f64, f64)) -> bool {
+    duration * (limit.saturating_sub(steps_made) as f64) < STALL_CHECK_INTERVAL as f64 * (end - t).abs()
 }
 
 #[cfg(test)]
@@ -88,9 +91,11 @@ mod tests {
     use super::SingularStall;
 
     #[test]
-    fn what_many_steps_took_is_told() {
+    fn the_duration_of_many_steps_is_returned() {
         let mut stall = SingularStall::new();
-        let took: Vec<f64> = (1..=2048).filter_map(|made| stall.took(made, 0.5 * made as f64)).collect();
-        assert_eq!(took, [f64::INFINITY, 256.0, 256.0, 256.0]);
+        let duration: Vec<f64> = (1..=2048)
+            .filter_map(|steps_made| stall.duration_since_check(steps_made, 0.5 * steps_made as f64))
+            .collect();
+        assert_eq!(duration, [f64::INFINITY, 256.0, 256.0, 256.0]);
     }
 }

@@ -1,7 +1,10 @@
-//! Motions that slide along a jump of their accelerations: either side leads back to it, and steps go to and
-//! fro across it, as short as the tolerance asks for. Whether they would come to the end is seen long before
-//! the permitted steps are used up (A. F. Filippov, Differential Equations with Discontinuous Righthand
-//! Sides, Kluwer 1988).
+//! Sliding mode: a motion that slides along a jump of its accelerations (A. F. Filippov, Differential
+//! Equations with Discontinuous Righthand Sides, Kluwer 1988).
+//!
+//! The accelerations on both sides lead back to the switching surface, so steps cross it to and fro and are
+//! as short as the tolerance requires. The stepper finds that the motion slides
+//! (`right_hand_side/switching_functions.rs`). This monitor ends the motion once it is clear that its steps
+//! would run out, long before they do. It does not integrate Filippov's sliding motion.
 
 use crate::integrate::Method;
 use crate::model::SimulationModel;
@@ -10,20 +13,21 @@ use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::run::monitor::{Monitor, Watched};
 use crate::simulate::run::monitors::step_limit::too_many_steps;
 
-/// Parts of the permitted steps, after each of which it is looked at.
-const PARTS: u64 = 64;
-/// Fewest steps of such a part.
-const FEWEST_STEPS: u64 = 1024;
-/// Of so many steps at least one finds the motion sliding where it does: after one that has, 32 do not look.
-const STEPS_PER_FINDING: u64 = 100;
-/// By how many times what is left of the permitted steps would have to be exceeded: what slides may go on
-/// from there, faster.
-const MARGIN: f64 = 2.0;
+/// Checks during the permitted steps, at equal numbers of steps.
+const CHECKS_PER_RUN: u64 = 64;
+/// Fewest steps between two checks, so that their mean progress is meaningful.
+const MIN_STEPS_BETWEEN_CHECKS: u64 = 1024;
+/// Most steps per finding of a motion that slides throughout. The stepper does not look for 32 steps after a
+/// finding, so about three findings in a hundred steps are possible.
+const MAX_STEPS_PER_FINDING: u64 = 100;
+/// Factor by which the steps needed to the end have to exceed those that are left. The motion may stop
+/// sliding and advance faster, so a factor of 1 would end motions that arrive.
+const REQUIRED_EXCESS: f64 = 2.0;
 
 /// Ends a motion that slides and would use up its steps.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SlidingMode {
-    /// Where the last part of the permitted steps began: steps made, time, how often it was found to slide.
+    /// At the last check: steps made, time, number of findings.
     made: u64,
     t: f64,
     found: u64,
@@ -40,9 +44,9 @@ impl<M: SimulationModel> Monitor<M> for SlidingMode {
         run: &mut Watched<'_, '_, '_, M>,
         statistics: &StepStatistics,
     ) -> Result<(), Kind> {
-        let steps = (run.steps_tried(statistics), run.plan.most_steps);
+        let steps = (run.steps_tried(statistics), run.plan.max_steps);
         let slides = statistics.slides;
-        if slides > 0 && self.outlasts(steps, (statistics.t, run.plan.end), slides) {
+        if slides > 0 && self.would_run_out(steps, (statistics.t, run.plan.end), slides) {
             return Err(too_many_steps(run, statistics));
         }
         Ok(())
@@ -54,19 +58,22 @@ impl SlidingMode {
         Self { made: 0, t, found: 0 }
     }
 
-    /// So many steps were made, up to t, and so often the motion was found to slide: whether it did all along
-    /// the last part of the permitted steps, and would not come to the end with the others.
+    /// Whether the motion has slid throughout the steps since the last check, and would not come to its end
+    /// with the steps that are left. `found` is the number of findings so far.
     #[inline]
-    fn outlasts(&mut self, (made, limit): (u64, u64), (t, end): (f64, f64), found: u64) -> bool {
-        made >= self.made + (limit / PARTS).max(FEWEST_STEPS) && self.looks(made, limit, (t, end), found)
+    fn would_run_out(&mut self, (made, limit): (u64, u64), (t, end): (f64, f64), found: u64) -> bool {
+        made >= self.made + (limit / CHECKS_PER_RUN).max(MIN_STEPS_BETWEEN_CHECKS)
+            && self.check(made, limit, (t, end), found)
     }
 
     #[cold]
-    fn looks(&mut self, made: u64, limit: u64, (t, end): (f64, f64), found: u64) -> bool {
-        let (steps, won, slid) = (made - self.made, (t - self.t).abs(), found.saturating_sub(self.found));
+    fn check(&mut self, made: u64, limit: u64, (t, end): (f64, f64), found: u64) -> bool {
+        let (steps, advanced, findings) =
+            (made - self.made, (t - self.t).abs(), found.saturating_sub(self.found));
         *self = Self { made, t, found };
-        let (left, permitted) = ((end - t).abs(), limit.saturating_sub(made) as f64);
-        slid.saturating_mul(STEPS_PER_FINDING) >= steps && left * steps as f64 > MARGIN * won * permitted
+        let (time_left, steps_left) = ((end - t).abs(), limit.saturating_sub(made) as f64);
+        findings.saturating_mul(MAX_STEPS_PER_FINDING) >= steps
+            && time_left * steps as f64 > REQUIRED_EXCESS * advanced * steps_left
     }
 }
 
@@ -81,7 +88,7 @@ mod tests {
         (1..1_000_000).find(|made| {
             t += h(*made);
             found += u64::from(slides(*made));
-            t < 10.0 && slide.outlasts((*made, 1_000_000), (t, 10.0), found)
+            t < 10.0 && slide.would_run_out((*made, 1_000_000), (t, 10.0), found)
         })
     }
 
@@ -92,7 +99,7 @@ mod tests {
         // From half the way on.
         let late = |made: u64| if made <= 1000 { 5e-3 } else { 1e-7 };
         assert!(given_up(late, |made| made > 1000 && often(made)).is_some_and(|made| made < 40_000));
-        // It comes to the end, it slid once, it goes on faster after a while.
+        // It comes to the end; it slid once; it advances faster after a while.
         assert_eq!(given_up(|_| 1e-4, often), None);
         assert_eq!(given_up(|_| 1e-7, |made| made == 1000), None);
         assert_eq!(given_up(|made| if (1000..9000).contains(&made) { 1e-7 } else { 1e-4 }, often), None);

@@ -1,4 +1,6 @@
-//! Released constraints that begin to slip against the side by which they rub: see
+//! Slip reversal: a released friction constraint without a rule begins to slip against its side.
+//!
+//! Friction would then drive the motion. How a reversal is found is in
 //! [`crate::simulate::events::slip_direction`].
 
 use alloc::vec::Vec;
@@ -10,7 +12,7 @@ use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::run::failure::evaluation;
 use crate::simulate::run::monitor::{Monitor, Objection, Valid, Watched};
 
-/// Ends the motion where a slip turns round and nothing says what comes then.
+/// Ends the motion where a slip reverses and no rule determines how it continues.
 pub(crate) struct SlipReversalMonitor;
 
 impl<M: SimulationModel> Monitor<M> for SlipReversalMonitor {
@@ -29,17 +31,16 @@ impl<M: SimulationModel> Monitor<M> for SlipReversalMonitor {
         }
         let plan = &mut *run.plan;
         let unilaterals = plan.locator.unilaterals().map(|(_, unilateral)| unilateral);
-        let unfollowed = slip_direction::unfollowed::<M>(plan.rhs.modes, unilaterals);
+        let without_rule = slip_direction::without_rule::<M>(plan.rhs.modes, unilaterals);
         let rhs = &mut plan.rhs;
-        let suspects =
-            unfollowed.filter_map(|slipping| Some((slipping, slip_direction::suspect(rhs, step, slipping)?)));
+        let suspects = without_rule
+            .filter_map(|slipping| Some((slipping, slip_direction::find_suspect(rhs, step, slipping)?)));
         let suspects: Vec<_> = suspects.collect();
         if suspects.is_empty() { Ok(()) } else { confirm(run, step, &suspects) }
     }
 }
 
-/// Objects to a step in which one of the suspects slips against its side by the method's own interpolant,
-/// too.
+/// Objects to a step in which a suspect slips against its side on the method's interpolant, too.
 #[cold]
 fn confirm<M: SimulationModel>(
     run: &mut Watched<'_, '_, '_, M>,
@@ -51,12 +52,12 @@ fn confirm<M: SimulationModel>(
         .stepper
         .dense(rhs, step, false)
         .map_err(|error| Objection { kind: evaluation::<M>(error), valid: Valid::Nothing })?;
-    let turned = suspects.iter().filter_map(|(slipping, place)| {
-        slip_direction::turned(rhs, step, &*dense, &tolerances, *slipping, *place)
+    let reversals = suspects.iter().filter_map(|(slipping, part)| {
+        slip_direction::locate_reversal(rhs, step, &*dense, &tolerances, *slipping, *part)
     });
-    let Some(first) = turned.min_by(|a, b| a.theta.total_cmp(&b.theta)) else { return Ok(()) };
+    let Some(first) = reversals.min_by(|a, b| a.theta.total_cmp(&b.theta)) else { return Ok(()) };
     let SlipReversal { constraint, side, slip, theta, at, sticks } = first;
     let kind = Kind::SlipsBack { constraint: constraint.name, side, slip, at, sticks };
-    // What comes before is right, and belongs to the motion.
+    // The step is valid up to the reversal.
     Err(Objection { kind, valid: Valid::UpTo(theta) })
 }

@@ -1,4 +1,4 @@
-//! Runs that have used up their steps.
+//! Step limit: a run has used up its steps.
 
 use crate::integrate::Method;
 use crate::model::{ModelState as _, SimulationModel};
@@ -7,8 +7,7 @@ use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::run::monitor::{Monitor, Watched};
 use crate::simulate::stabilization::adaptive_gain;
 
-/// Ends a motion that took as many steps as
-/// [`max_steps`](crate::simulate::Simulation::max_steps) permits.
+/// Ends a motion that took as many steps as [`max_steps`](crate::simulate::Simulation::max_steps) permits.
 pub(crate) struct StepLimit;
 
 impl<M: SimulationModel> Monitor<M> for StepLimit {
@@ -22,14 +21,15 @@ impl<M: SimulationModel> Monitor<M> for StepLimit {
         run: &mut Watched<'_, '_, '_, M>,
         statistics: &StepStatistics,
     ) -> Result<(), Kind> {
-        if run.steps_tried(statistics) >= run.plan.most_steps {
+        if run.steps_tried(statistics) >= run.plan.max_steps {
             return Err(too_many_steps(run, statistics));
         }
         Ok(())
     }
 }
 
-/// The steps are used up, or will be before the end: with what the stepper knows of the reason.
+/// The error of a run whose steps are used up, or will be before its end, with the reason that the stepper
+/// found: stiffness, sliding, or Baumgarte's gains.
 #[cold]
 pub(crate) fn too_many_steps<M: SimulationModel>(
     run: &Watched<'_, '_, '_, M>,
@@ -37,7 +37,7 @@ pub(crate) fn too_many_steps<M: SimulationModel>(
 ) -> Kind {
     let StepStatistics { t, stiff_at, slides_at, .. } = *statistics;
     let formulation = run.plan.rhs.stabilization.formulation;
-    let way = [run.plan.start.t(), t];
-    let gain = adaptive_gain::bounding_gain(formulation, way, run.steps_tried(statistics));
-    Kind::TooManySteps { limit: run.plan.most_steps, stiff_at, slides_at, gain }
+    let interval = [run.plan.start.t(), t];
+    let gain = adaptive_gain::bounding_gain(formulation, interval, run.steps_tried(statistics));
+    Kind::TooManySteps { limit: run.plan.max_steps, stiff_at, slides_at, gain }
 }

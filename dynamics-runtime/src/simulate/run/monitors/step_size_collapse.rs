@@ -1,8 +1,10 @@
-//! Runs that come to no end: steps that become shorter and shorter towards a time that they do not reach.
+//! Step size collapse: steps that become shorter without end towards a time that they do not reach.
 //!
-//! Whenever the number of steps has doubled, the time that the later half of them took is compared with the
-//! time that the half before took. Where it is a part r < 1 of that again and again, all further doublings
-//! together take no more than r/(1 − r) times as much.
+//! Whenever the number of steps has doubled, the duration of the later half is compared with that of the half
+//! before. If it is the part r < 1 of that several times in a row, all further doublings together take no
+//! more than r/(1 − r) of the last duration. That gives the time which the steps approach. Steps that stall
+//! before a singular position are found earlier, in `singular_stall.rs`; accumulating events in
+//! `events/zeno.rs`.
 
 use alloc::vec::Vec;
 
@@ -15,25 +17,26 @@ use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::right_hand_side::RightHandSide;
 use crate::simulate::run::monitor::{Monitor, Watched};
 
-/// Steps after which this is looked at first.
-const FIRST_LOOK: u64 = 1024;
-/// Part of the time that the half before took, at most.
-const SHRINKS: f64 = 0.7;
-/// Doublings in a row with so little: at 65,536 steps at the earliest, of which the last half took a sixth of
-/// a hundredth of the first.
-const DOUBLINGS_IN_A_ROW: u32 = 5;
+/// Number of steps at the first check. Fewer would include the transient of the step size at the start.
+const FIRST_CHECK: u64 = 1024;
+/// Largest ratio r of two durations that counts as shrinking. The nearer the bound to 1, the more motions
+/// that only slow down for a while would be ended.
+const MAX_DURATION_RATIO: f64 = 0.7;
+/// Shrinking doublings in a row that end the motion: at 65,536 steps at the earliest, of which the last half
+/// took at most 0.7⁵ = 0.17 of the time of steps 1,025 to 2,048.
+const SHRINKING_DOUBLINGS: u32 = 5;
 
 /// Ends a motion whose steps become shorter without end.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StepSizeCollapse {
-    /// The number of steps at which the next look is taken.
-    next: u64,
-    /// When the last look was.
-    last: Option<f64>,
-    /// The time that the steps between the last two looks took.
-    took: f64,
-    /// Doublings in a row that shrank.
-    row: u32,
+    /// Number of steps at the next check.
+    next_check: u64,
+    /// Time of the motion at the last check.
+    last_check_time: Option<f64>,
+    /// Duration of the steps between the last two checks.
+    last_duration: f64,
+    /// Doublings in a row whose duration shrank.
+    shrinking_doublings: u32,
 }
 
 impl<M: SimulationModel> Monitor<M> for StepSizeCollapse {
@@ -47,8 +50,8 @@ impl<M: SimulationModel> Monitor<M> for StepSizeCollapse {
         run: &mut Watched<'_, '_, '_, M>,
         statistics: &StepStatistics,
     ) -> Result<(), Kind> {
-        // Where the motion is stiff or slides, that is what is to be said.
-        if let Some(at) = self.approached(run.steps_tried(statistics), statistics.t, run.plan.end)
+        // A stiff or sliding motion is reported as such, by the step limit.
+        if let Some(at) = self.approached_time(run.steps_tried(statistics), statistics.t, run.plan.end)
             && statistics.stiff_at.is_none()
             && statistics.slides_at.is_none()
         {
@@ -58,8 +61,8 @@ impl<M: SimulationModel> Monitor<M> for StepSizeCollapse {
     }
 }
 
-/// Steps become shorter without end towards a time: which coordinates accelerate most there, and which
-/// constraints pull most.
+/// The error of steps that become shorter without end: with the coordinates that accelerate most, and the
+/// constraints with the largest forces.
 #[cold]
 pub(crate) fn steps_vanish<M: SimulationModel>(run: &mut Watched<'_, '_, '_, M>, at: f64) -> Kind {
     let state = run.now();
@@ -67,41 +70,41 @@ pub(crate) fn steps_vanish<M: SimulationModel>(run: &mut Watched<'_, '_, '_, M>,
     let coordinates =
         TopContributors::ranked(M::COORDINATES, accelerations.as_slice().iter().copied().enumerate());
     let RightHandSide { model, constants, stabilization, .. } = &mut run.plan.rhs;
-    let mut pulls = Vec::new();
+    let mut forces = Vec::new();
     if M::IS_FREE {
-        // Nothing holds it.
+        // There are no constraints.
     } else if let Ok(reactions) = stabilization.reactions(model, constants, &state) {
         let gradients = stabilization.gradients(model, &state);
-        pulls.extend((0..M::Rows::LEN).map(|row| {
+        forces.extend((0..M::Rows::LEN).map(|row| {
             let length = gradients.row(row).iter().map(|x| x * x).sum::<f64>();
             (row, reactions[row] * math::sqrt(length))
         }));
     }
-    Kind::StepsVanish { at, coordinates, rows: TopContributors::ranked(M::ROWS, pulls.into_iter()) }
+    Kind::StepsVanish { at, coordinates, rows: TopContributors::ranked(M::ROWS, forces.into_iter()) }
 }
 
 impl StepSizeCollapse {
     fn new() -> Self {
-        Self { next: FIRST_LOOK, last: None, took: 0.0, row: 0 }
+        Self { next_check: FIRST_CHECK, last_check_time: None, last_duration: 0.0, shrinking_doublings: 0 }
     }
 
-    /// So many steps were made, up to t: the time that they approach, if they do not come to the end.
+    /// The time that the steps approach, if they do not come to the end. `made` steps were made up to t.
     #[inline]
-    fn approached(&mut self, made: u64, t: f64, end: f64) -> Option<f64> {
-        if made < self.next { None } else { self.doubled(made, t, end) }
+    fn approached_time(&mut self, made: u64, t: f64, end: f64) -> Option<f64> {
+        if made < self.next_check { None } else { self.check(made, t, end) }
     }
 
     #[cold]
-    fn doubled(&mut self, made: u64, t: f64, end: f64) -> Option<f64> {
-        self.next = made.max(self.next).saturating_mul(2);
-        let took = (t - self.last.replace(t)?).abs();
-        let ratio = took / math::max(self.took, f64::MIN_POSITIVE);
-        self.took = took;
-        self.row = if ratio <= SHRINKS { self.row + 1 } else { 0 };
-        let at = t + (took * ratio / (1.0 - ratio)).copysign(end - t);
-        // Twice as far it does not come to the end either.
-        let short = (at - t).abs() < 0.5 * (end - t).abs();
-        (self.row >= DOUBLINGS_IN_A_ROW && short).then_some(at)
+    fn check(&mut self, made: u64, t: f64, end: f64) -> Option<f64> {
+        self.next_check = made.max(self.next_check).saturating_mul(2);
+        let duration = (t - self.last_check_time.replace(t)?).abs();
+        let ratio = duration / math::max(self.last_duration, f64::MIN_POSITIVE);
+        self.last_duration = duration;
+        self.shrinking_doublings = if ratio <= MAX_DURATION_RATIO { self.shrinking_doublings + 1 } else { 0 };
+        let at = t + (duration * ratio / (1.0 - ratio)).copysign(end - t);
+        // With a margin of two: the time may be underestimated.
+        let ends_early = (at - t).abs() < 0.5 * (end - t).abs();
+        (self.shrinking_doublings >= SHRINKING_DOUBLINGS && ends_early).then_some(at)
     }
 }
 
@@ -116,7 +119,7 @@ mod tests {
         (1..1_000_000).find_map(|made| {
             t += h(t);
             assert!(t < 10.0 || made > 1000);
-            (t < 10.0).then(|| collapse.approached(made, t, 10.0)).flatten().map(|at| (made, at))
+            (t < 10.0).then(|| collapse.approached_time(made, t, 10.0)).flatten().map(|at| (made, at))
         })
     }
 

@@ -1,10 +1,13 @@
-//! Stiffness that the steps themselves do not show.
+//! Stiffness detection by implicit trial steps, and the change to an implicit method.
 //!
-//! Hairer's test finds steps at the border of stability. Methods of high order do not get there at small
-//! tolerances: their error estimates, which grow as a high power of h λ, hold the steps at a fraction of it,
-//! the same for ever. So every so often an implicit step is tried that is many times as long. Where its error
-//! is permitted, nothing in the motion needs the short ones: that is what stiff means (Hairer & Wanner,
-//! Solving ODE II, IV.1, "explicit methods don't work").
+//! Hairer's test in the stepper finds steps at the border of stability. Methods of high order do not reach
+//! this border at small tolerances: their error estimates grow as a high power of hλ and hold the steps at a
+//! constant fraction of it. So every few hundred steps an implicit step is tried that is many times as long.
+//! If its error is permitted, the motion does not need the short steps: that is the meaning of stiff (Hairer
+//! & Wanner, Solving ODE II, IV.1, "explicit methods don't work").
+//!
+//! `simulation/execution.rs` changes the method. The summary's check of a finished motion is
+//! `verification/stiffness.rs`.
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -20,30 +23,31 @@ use crate::simulate::right_hand_side::RightHandSide;
 use crate::simulate::run::monitor::{Advice, Monitor, Retreat, Watched};
 use crate::simulate::stabilization::Stabilization;
 
-/// Steps between two trials: one costs as much as some dozens of them, and of many coordinates as much as so
-/// many for the square of their number (1,500 of a chain of 45 masses).
+/// Steps between two trials: at least the first number, and the second times the square of the number of
+/// coordinates. A trial costs as much as some dozens of steps, with many coordinates as much as the second
+/// term (1,500 steps for a chain of 45 masses).
 const TRIAL_INTERVAL: (u64, u64) = (500, 4);
-/// Steps of Radau IIA that are so many times as long take less time, with matrices of few rows; what factors
-/// add to that for each square of their number. Measured on a stiff spring pendulum (k = 1e8 N/m, c = 2e4 N
-/// s/m): at 1e-7 and 1e-9 its steps are 65 and 42 times those of Verner 9(8), and cost as much as two of
-/// these.
+/// Factor by which steps of Radau IIA have to be longer to take less time: the first number, plus the second
+/// times the square of the number of coordinates for the factorization. Measured on a stiff spring pendulum
+/// (k = 1e8 N/m, c = 2e4 N s/m): at 1e-7 and 1e-9 its steps are 65 and 42 times those of Verner 9(8), and
+/// cost as much as two of these.
 const WORTHWHILE_LENGTH: (f64, f64) = (20.0, 0.02);
-/// Below this tolerance Radau IIA needs so many steps that an explicit method at the border of its stability
-/// may be no slower: that border alone says too little, and implicit steps have to show what is won.
+/// Tolerance below which steps at the border of stability do not suffice to change the method: Radau IIA may
+/// need so many steps that the explicit method is no slower. Implicit trial steps decide.
 const TIGHT_TOLERANCE: f64 = 1e-11;
-/// Below this one Newton's iterations of an implicit method leave more than is permitted: what is stiff is
-/// told where steps run out, and runs go on as they are.
+/// Tolerance below which the method is not changed: Newton's iterations of an implicit method leave a larger
+/// error. Stiffness is still reported where steps run out.
 const FINEST_TOLERANCE: f64 = 1e-13;
-/// At tight tolerances implicit steps that are longer by these factors are tried in turn: rounding may hold
-/// the explicit ones far inside the border.
+/// Further factors of the length of implicit trial steps at tight tolerances, tried in turn: rounding may
+/// hold the explicit steps far inside the border of stability.
 const LENGTHS_IN_TURN: [f64; 3] = [1.0, 5.0, 25.0];
-/// Trials in a row that have to succeed, so that none is deceived by where its stages fall.
+/// Trials in a row that have to pass: a single one may pass by the chance position of its stages.
 const PASSES_IN_A_ROW: u32 = 2;
-/// Lengths of two trials from one place, for the same reason: stages of the longer one fall elsewhere.
+/// Factors of the lengths of two trials from one state, for the same reason.
 const LENGTHS_FROM_ONE_PLACE: [f64; 2] = [1.0, 1.3];
 
-/// By how much implicit steps of a model with so many coordinates have to be longer to be worth their while.
-pub(crate) fn longer(coordinates: usize) -> f64 {
+/// The factor of [`WORTHWHILE_LENGTH`] for a number of coordinates.
+pub(crate) fn worthwhile_factor(coordinates: usize) -> f64 {
     WORTHWHILE_LENGTH.0 + WORTHWHILE_LENGTH.1 * math::powi(coordinates as f64, 2)
 }
 
@@ -52,26 +56,33 @@ fn trial_interval<M: SimulationModel>() -> u64 {
     TRIAL_INTERVAL.0.max(TRIAL_INTERVAL.1 * (M::Vector::LEN as u64).pow(2))
 }
 
-/// Looks whether an implicit method is to go on, and whether stability used up the steps.
+/// Decides whether an implicit method continues, and whether stability has used up the steps.
 pub(crate) struct StiffnessDetection<M> {
-    /// Steps accepted, and the time, when an implicit step was tried last.
-    accepted: u64,
-    t: f64,
-    /// How often in a row with success.
-    passed: u32,
-    /// Which of [`LENGTHS_IN_TURN`] is tried next.
-    more: usize,
-    /// The method is explicit.
-    explicit: bool,
-    /// What makes the trials and the memory that constraints take in them: made for the first one,
+    /// Number of accepted steps, and time of the motion, at the last trial.
+    accepted_at_trial: u64,
+    trial_time: f64,
+    /// Trials that passed, in a row.
+    passes_in_a_row: u32,
+    /// Index in [`LENGTHS_IN_TURN`] of the next trial.
+    next_length: usize,
+    /// Whether the method is explicit.
+    is_explicit: bool,
+    /// What makes the trials and the workspace that constraints take in them: made for the first one,
     /// so that a run allocates no more the longer it is.
     trials: Option<(Box<dyn StepReplay<M>>, Vec<f64>)>,
 }
 
 impl<M: SimulationModel> Monitor<M> for StiffnessDetection<M> {
     fn begin(run: &mut Watched<'_, '_, '_, M>, method: Method) -> Self {
-        let (t, explicit) = (run.stepper.now().t, !method.is_for_stiff());
-        Self { accepted: 0, t, passed: 0, more: 0, explicit, trials: None }
+        let (t, is_explicit) = (run.stepper.now().t, !method.is_for_stiff());
+        Self {
+            accepted_at_trial: 0,
+            trial_time: t,
+            passes_in_a_row: 0,
+            next_length: 0,
+            is_explicit,
+            trials: None,
+        }
     }
 
     #[inline(always)]
@@ -83,7 +94,7 @@ impl<M: SimulationModel> Monitor<M> for StiffnessDetection<M> {
         Ok(if !ends && self.is_stiff(run) { Advice::ChangeMethod } else { Advice::Continue })
     }
 
-    /// Steps that are used up may be as short as they are because of stability alone.
+    /// If the steps have run out, checks whether stability alone kept them short.
     fn explain(&mut self, run: &mut Watched<'_, '_, '_, M>, kind: &mut Kind) {
         if let Kind::TooManySteps { stiff_at: stiff_at @ None, .. } = kind
             && self.is_held_by_stability(run)
@@ -94,104 +105,110 @@ impl<M: SimulationModel> Monitor<M> for StiffnessDetection<M> {
 }
 
 impl<M: SimulationModel> StiffnessDetection<M> {
-    /// Whether the motion is stiff for its method, and an implicit one is to go on.
+    /// Whether the motion is stiff for its method, so that an implicit one continues.
     #[inline]
     fn is_stiff(&mut self, run: &mut Watched<'_, '_, '_, M>) -> bool {
         let statistics = run.stepper.statistics();
         let Tolerances { absolute, relative } = run.plan.options.tolerances;
         let tolerance = absolute.max(relative);
-        if !run.plan.hands_over || tolerance < FINEST_TOLERANCE {
-            // Steps count that were made of late: a motion may be stiff at its end alone.
+        if !run.plan.may_change_method || tolerance < FINEST_TOLERANCE {
+            // For `explain`, recent steps count: a motion may be stiff at its end alone.
             if self.is_due(&statistics) {
-                (self.accepted, self.t) = (statistics.accepted, statistics.t);
+                (self.accepted_at_trial, self.trial_time) = (statistics.accepted, statistics.t);
             }
             return false;
         }
         statistics.stiff_at.is_some() && tolerance >= TIGHT_TOLERANCE
-            || self.is_due(&statistics) && self.steps_over(run, &statistics, tolerance < TIGHT_TOLERANCE)
+            || self.is_due(&statistics)
+                && self.implicit_steps_pass(run, &statistics, tolerance < TIGHT_TOLERANCE)
     }
 
     fn is_due(&self, statistics: &StepStatistics) -> bool {
-        statistics.accepted >= self.accepted + trial_interval::<M>()
+        statistics.accepted >= self.accepted_at_trial + trial_interval::<M>()
     }
 
-    /// Of a run that ends because its steps are too many: whether implicit steps that are worth their while
-    /// would pass over what keeps these short.
+    /// Whether a run that has used up its steps is held by stability: whether implicit steps of a worthwhile
+    /// length would pass.
     #[cold]
     fn is_held_by_stability(&mut self, run: &mut Watched<'_, '_, '_, M>) -> bool {
-        if !self.explicit || run.plan.options.fixed.is_some() {
+        if !self.is_explicit || run.plan.options.fixed.is_some() {
             return false;
         }
         let statistics = run.stepper.statistics();
-        let usual = self.usual(&statistics);
-        // What is asked for bounds these, not stability.
+        let usual = self.usual_step(&statistics);
+        // The option `max_step` bounds the steps, not stability.
         if usual > 0.5 * run.plan.options.most {
             return false;
         }
-        let (usual, left) = (longer(M::Vector::LEN) * usual, run.plan.end - statistics.t);
-        LENGTHS_IN_TURN.iter().any(|more| {
+        let (usual, time_left) = (worthwhile_factor(M::Vector::LEN) * usual, run.plan.end - statistics.t);
+        LENGTHS_IN_TURN.iter().any(|factor| {
             LENGTHS_FROM_ONE_PLACE.iter().all(|part| {
-                let h = more * part * usual;
-                h <= left.abs() && self.would_pass(run, h.copysign(left))
+                let h = factor * part * usual;
+                h <= time_left.abs() && self.trial_passes(run, h.copysign(time_left))
             })
         })
     }
 
-    /// The length that steps have had since they were last counted, or have now.
-    fn usual(&self, statistics: &StepStatistics) -> f64 {
-        let steps = (statistics.accepted - self.accepted).max(1);
-        let mean = (statistics.t - self.t).abs() / steps as f64;
+    /// Mean length of the steps since the last trial, or the proposed length if that is larger.
+    fn usual_step(&self, statistics: &StepStatistics) -> f64 {
+        let steps = (statistics.accepted - self.accepted_at_trial).max(1);
+        let mean = (statistics.t - self.trial_time).abs() / steps as f64;
         mean.max(statistics.proposed)
     }
 
-    /// Whether implicit steps that are worth their while pass over what keeps these short; of several lengths
-    /// in turn, where `tight`.
+    /// Makes a trial of a worthwhile length, of several lengths in turn if `is_tight`. Returns whether enough
+    /// trials in a row have passed.
     #[cold]
-    fn steps_over(
+    fn implicit_steps_pass(
         &mut self,
         run: &mut Watched<'_, '_, '_, M>,
         statistics: &StepStatistics,
-        tight: bool,
+        is_tight: bool,
     ) -> bool {
-        let left = run.plan.end - statistics.t;
-        let usual = self.usual(statistics);
-        (self.accepted, self.t) = (statistics.accepted, statistics.t);
-        // What is asked for bounds these, or little is left to be gained.
-        if usual > 0.5 * run.plan.options.most || left.abs() < TRIAL_INTERVAL.0 as f64 * usual {
+        let time_left = run.plan.end - statistics.t;
+        let usual = self.usual_step(statistics);
+        (self.accepted_at_trial, self.trial_time) = (statistics.accepted, statistics.t);
+        // The option `max_step` bounds the steps, or the motion ends soon.
+        if usual > 0.5 * run.plan.options.most || time_left.abs() < TRIAL_INTERVAL.0 as f64 * usual {
             return false;
         }
-        let h = longer(M::Vector::LEN) * usual;
-        let h = if tight { LENGTHS_IN_TURN[self.more % LENGTHS_IN_TURN.len()] * h } else { h };
-        let passes = h <= left.abs() && self.would_pass(run, h.copysign(left));
-        // What has passed is tried again.
-        self.more += usize::from(!passes);
-        self.passed = if passes { self.passed + 1 } else { 0 };
-        self.passed >= PASSES_IN_A_ROW
+        let h = worthwhile_factor(M::Vector::LEN) * usual;
+        let h = if is_tight { LENGTHS_IN_TURN[self.next_length % LENGTHS_IN_TURN.len()] * h } else { h };
+        let passes = h <= time_left.abs() && self.trial_passes(run, h.copysign(time_left));
+        // A length that has passed is tried again.
+        self.next_length += usize::from(!passes);
+        self.passes_in_a_row = if passes { self.passes_in_a_row + 1 } else { 0 };
+        self.passes_in_a_row >= PASSES_IN_A_ROW
     }
 
-    /// Whether an implicit step of this length from here has an error that is permitted. Nothing of the run
-    /// is touched by it but the count of evaluations.
-    fn would_pass(&mut self, run: &mut Watched<'_, '_, '_, M>, h: f64) -> bool {
+    /// Whether an implicit step of this length from the current state has a permitted error. Of the run only
+    /// the count of evaluations changes.
+    fn trial_passes(&mut self, run: &mut Watched<'_, '_, '_, M>, h: f64) -> bool {
         let now = *run.stepper.now();
-        let RightHandSide { model, constants, law, held, modes, ref stabilization, .. } = run.plan.rhs;
+        let RightHandSide { model, constants, law, held_inputs, modes, ref stabilization, .. } = run.plan.rhs;
         let interval = (run.plan.start.t(), run.plan.end);
         let trials = self.trials.take();
-        let (mut step_replay, memory) =
+        let (mut step_replay, workspace) =
             trials.unwrap_or_else(|| (ErasedMethod::<M>::step_replay(&Radau5), Vec::new()));
-        let mut stabilization =
-            Stabilization::within(stabilization.formulation, f64::INFINITY, *constants, interval, memory);
-        stabilization.under_way = true;
+        let mut stabilization = Stabilization::with_workspace(
+            stabilization.formulation,
+            f64::INFINITY,
+            *constants,
+            interval,
+            workspace,
+        );
+        stabilization.is_under_way = true;
         let free = Branches::FREE;
         let mut rhs = RightHandSide {
             model,
             constants,
             law,
-            held,
+            held_inputs,
             modes,
             evaluations: 0,
-            branches: free,
-            known: free,
-            memory: None,
+            held_branches: free,
+            acceleration_branches: free,
+            series_memory: None,
             listener: None,
             stabilization,
         };
@@ -199,9 +216,9 @@ impl<M: SimulationModel> StiffnessDetection<M> {
         // Trials lie far apart: each begins as if it were the first.
         step_replay.forget();
         let end = step_replay.end_of(&mut rhs, &step, &run.plan.options.tolerances);
-        let (evaluations, memory) = (rhs.evaluations, rhs.stabilization.into_memory());
+        let (evaluations, workspace) = (rhs.evaluations, rhs.stabilization.into_workspace());
         run.plan.rhs.evaluations += evaluations;
-        self.trials = Some((step_replay, memory));
+        self.trials = Some((step_replay, workspace));
         end.is_some_and(|(_, error)| error <= 1.0)
     }
 }

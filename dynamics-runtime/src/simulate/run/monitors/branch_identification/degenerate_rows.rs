@@ -1,15 +1,16 @@
-//! What vanishes where branches of constraints meet: the gradient of one row, or that of the combination of
-//! rows that loses rank.
+//! Degenerate rows: the gradients that vanish where branches of constraints meet.
 //!
-//! With wᵀΦ_q = σ vᵀ for the least singular value, δ = Φ_q⁺ r, of least M-norm for a fixed r, is (wᵀr/σ) v
-//! but for what stays finite, so g = δ/|δ|² is the gradient σ v of the combination wᵀΦ over wᵀr, to σ of
-//! itself: it vanishes where the rank is lost, and its sign is that of the branch. Of one row it is that
-//! row's gradient. It takes one correction and no decomposition.
+//! It is the gradient of one row, or that of the combination of rows that loses rank. For the latter, let
+//! wᵀΦ_q = σ vᵀ for the least singular value σ. δ = Φ_q⁺ r, of least M-norm for a fixed r, is
+//! (wᵀr/σ) v plus a finite part. So g = δ/|δ|² is the gradient σ v of the combination wᵀΦ over
+//! wᵀr, up to a relative error of order σ. It vanishes where rank is lost, its sign is that of the branch,
+//! and it takes one correction and no decomposition.
 //!
-//! Whether branches can touch in a place is told by the second order there: beside it, g = Hξ on the
-//! directions that are left open. Where branches cross, g grows along the motion as it does elsewhere; where
-//! they touch, Hτ = 0. And where g does not change much within a part of a step to all sides, it is short and
-//! vanishes nowhere near: another branch, at −2|g|/vᵀHv, is farther off.
+//! Whether branches can touch in a place is decided by second derivatives: near it, g = Hξ on the directions
+//! that the constraints leave open. Where branches cross, g grows along the motion as it does across. Where
+//! they touch, Hτ = 0 for the motion's direction τ. If g does not change much within a part of a step on
+//! all sides, it is only short and vanishes nowhere near: the other branch, at −2|g|/vᵀHv, is farther
+//! away.
 
 use alloc::vec::Vec;
 
@@ -22,20 +23,21 @@ use crate::linalg::norm;
 use crate::math;
 use crate::model::{ConstraintKind, Constraints, ModelState, Vector};
 
-/// Part of the way between states within which it is looked how gradients grow.
-const PROBE: f64 = 0.1;
-/// Growth along the motion in parts of that across from which on branches cross.
-const CROSSES: f64 = 0.2;
-/// Part of that way within which a gradient does not change much where no other branch is near.
-const NEAR: f64 = 0.03;
-/// Part of the gradient that is left there.
-const STAYS: f64 = 0.5;
+/// Displacement, in parts of the distance between nodes, by which the growth of gradients is measured.
+const GROWTH_PROBE: f64 = 0.1;
+/// Least growth of a gradient along the motion, in parts of that across, for which branches cross and do not
+/// touch.
+const MIN_GROWTH_ALONG: f64 = 0.2;
+/// Displacement, in the same parts, within which a gradient that is only short does not change much.
+const SHORT_PROBE: f64 = 0.03;
+/// Least length of such a gradient, in parts of that at the displaced states.
+const MIN_REMAINING_LENGTH: f64 = 0.5;
 
-/// Most coordinates whose combinations of rows are followed: where generated code has no solution, next to
-/// lost rank, a correction takes n³, and a doubtful place asks for 6 n of them.
-const MOST: usize = 32;
+/// Most coordinates n with which combinations of rows are followed. Near lost rank generated code has no
+/// solution, a correction takes n³ operations, and a suspected place needs 6n of them.
+const MAX_COORDINATES: usize = 32;
 
-/// What may vanish.
+/// A gradient that may vanish.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum DegenerateRows {
     /// The gradient of a constraint of one row.
@@ -76,30 +78,33 @@ impl<R: Vector> Lengths<R> {
     }
 }
 
-/// What is followed, and how it is measured.
+/// The gradients that are followed, with the weights by which they are measured.
 pub(crate) struct DegenerateRowSet<M: Constraints> {
     pub(crate) all: Vec<DegenerateRows>,
     /// √Mᵢᵢ at the start.
     pub(crate) weights: M::Vector,
-    /// r.
+    /// r of this file's head.
     right: M::Rows,
-    /// That of what keeps the constraints, lent for as long as it is looked.
+    /// The workspace of the stabilization, lent during a check.
     pub(crate) workspace: Vec<f64>,
 }
 
 impl<M: Constraints> DegenerateRowSet<M> {
-    /// Nothing.
+    /// Without gradients to follow.
     pub(crate) fn none() -> Self {
         Self { all: Vec::new(), weights: M::Vector::zeros(), right: M::Rows::zeros(), workspace: Vec::new() }
     }
 
-    /// Follows what may vanish, from a start on.
+    /// Follows all gradients that may vanish, in a run from this start.
     pub(crate) fn follow(&mut self, model: &M, start: &M::State) {
         let single =
             M::CONSTRAINTS.iter().filter(|one| one.kind == ConstraintKind::Holonomic && one.rows == 1);
         self.all.extend(single.map(|one| DegenerateRows::Row(one.first)));
-        // Rows that repeat others have no rank of theirs to lose.
-        if M::Residual::LEN > 1 && M::Vector::LEN <= MOST && !M::CONSTRAINTS.iter().any(|one| one.redundant) {
+        // Models with redundant constraints have no full rank that could be lost.
+        if M::Residual::LEN > 1
+            && M::Vector::LEN <= MAX_COORDINATES
+            && !M::CONSTRAINTS.iter().any(|one| one.redundant)
+        {
             self.all.push(DegenerateRows::All);
         }
         if self.all.is_empty() {
@@ -109,13 +114,13 @@ impl<M: Constraints> DegenerateRowSet<M> {
         let gradients = Gradients::alone(model, start, &mut self.workspace);
         for row in 0..M::Residual::LEN {
             let usual = length(gradients.row(row), self.weights.as_slice());
-            // Of all combinations, none that a mechanism is likely to lose is without a share.
+            // Irregular shares, so that no likely combination w has wᵀr = 0.
             let share = 1.5 + math::sin(1.0 + 2.4 * row as f64);
             self.right[row] = share * if usual > 0.0 && usual.is_finite() { usual } else { 1.0 };
         }
     }
 
-    /// Whether it holds: a slack rope leads nobody, wherever its gradient is.
+    /// Whether its constraints hold: released ones, as a slack rope, do not guide the motion.
     pub(crate) fn holds(&self, state: &M::State, degenerate: DegenerateRows) -> bool {
         match degenerate {
             DegenerateRows::Row(row) => holds::<M>(state.modes(), row),
@@ -150,7 +155,7 @@ impl<M: Constraints> DegenerateRowSet<M> {
         lengths
     }
 
-    /// In coordinates measured by their weights; zero where it is not known.
+    /// The gradient in weighted coordinates; zero where it cannot be found.
     pub(crate) fn gradient(
         &mut self,
         model: &M,
@@ -180,14 +185,14 @@ impl<M: Constraints> DegenerateRowSet<M> {
         out
     }
 
-    /// Whether what is short in a place does not vanish there as branches do that touch; `way` is that
-    /// between states beside it.
-    pub(crate) fn is_plain(
+    /// Whether a gradient that is short in a place does not vanish there as that of touching branches does.
+    /// `distance` is that between the nodes around the place.
+    pub(crate) fn is_only_short(
         &mut self,
         (model, constants): (&M, &M::Constants),
         place: &M::State,
         degenerate: DegenerateRows,
-        way: f64,
+        distance: f64,
     ) -> bool {
         let mut along = *place.u();
         (0..M::Vector::LEN).for_each(|i| along[i] *= self.weights[i]);
@@ -196,33 +201,38 @@ impl<M: Constraints> DegenerateRowSet<M> {
             return false;
         }
         along.as_mut_slice().iter_mut().for_each(|x| *x /= speed);
-        // By so much along the motion, and along one of the coordinates.
+        // The length of the gradient at a displacement along the motion and along one of the coordinates.
         let mut at = |forward: f64, (axis, other): (usize, f64)| {
             let mut state = *place;
             (0..M::Vector::LEN).for_each(|i| state.q_mut()[i] += forward * along[i] / self.weights[i]);
             state.q_mut()[axis] += other / self.weights[axis];
             norm(self.gradient(model, constants, &state, degenerate).as_slice())
         };
-        let (here, near, sides) = (at(0.0, (0, 0.0)), NEAR * way, [1.0, -1.0]);
-        // What is not a number is none of both.
-        let stays = |beside: f64| beside > 0.0 && here >= STAYS * beside;
-        let mut across = (0..M::Vector::LEN).flat_map(|axis| sides.map(|side| (axis, side * near)));
-        if sides.iter().all(|side| stays(at(side * near, (0, 0.0))))
+        let (here, short_probe, sides) = (at(0.0, (0, 0.0)), SHORT_PROBE * distance, [1.0, -1.0]);
+        // False for a length that is not a number.
+        let stays = |beside: f64| beside > 0.0 && here >= MIN_REMAINING_LENGTH * beside;
+        let mut across = (0..M::Vector::LEN).flat_map(|axis| sides.map(|side| (axis, side * short_probe)));
+        if sides.iter().all(|side| stays(at(side * short_probe, (0, 0.0))))
             && across.all(|other| stays(at(0.0, other)))
         {
             return true;
         }
-        let (probe, mut most) = (PROBE * way, here);
+        let (growth_probe, mut most) = (GROWTH_PROBE * distance, here);
         for axis in 0..M::Vector::LEN {
-            for (forward, other) in [(0.0, probe), (0.0, -probe), (probe, probe), (probe, -probe)] {
+            for (forward, other) in [
+                (0.0, growth_probe),
+                (0.0, -growth_probe),
+                (growth_probe, growth_probe),
+                (growth_probe, -growth_probe),
+            ] {
                 most = math::max(most, at(forward, (axis, other)));
             }
         }
-        sides.iter().all(|side| at(side * probe, (0, 0.0)) >= CROSSES * most)
+        sides.iter().all(|side| at(side * growth_probe, (0, 0.0)) >= MIN_GROWTH_ALONG * most)
     }
 }
 
-/// The rows of what vanishes at a state.
+/// The rows of a gradient that vanishes at a state.
 pub(crate) fn rows_of<M: Constraints>(
     model: &M,
     state: &M::State,
@@ -234,7 +244,7 @@ pub(crate) fn rows_of<M: Constraints>(
     }
 }
 
-/// √Mᵢᵢ.
+/// √Mᵢᵢ of the coordinates.
 pub(crate) fn weights<M: Constraints>(model: &M, state: &M::State, workspace: &mut [f64]) -> M::Vector {
     let mass = mass(model, state, workspace);
     let mut weights = M::Vector::zeros();
@@ -243,7 +253,7 @@ pub(crate) fn weights<M: Constraints>(model: &M, state: &M::State, workspace: &m
     weights
 }
 
-/// Of a gradient, coordinates measured by these weights.
+/// Length of a gradient in weighted coordinates.
 pub(crate) fn length(gradient: &[f64], weights: &[f64]) -> f64 {
     math::sqrt(gradient.iter().zip(weights).map(|(x, w)| (x / w) * (x / w)).sum())
 }

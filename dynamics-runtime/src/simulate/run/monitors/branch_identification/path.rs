@@ -1,5 +1,9 @@
-//! A motion on both sides of a place at which it comes near to another branch: states at given times, and its
-//! continuation from before.
+//! The path of a motion on both sides of a place where branches meet: its states at given distances, and its
+//! extrapolation from before the place.
+//!
+//! States between the nodes of the run are integrated anew from the nearest node that is farther from the
+//! place, by the classical Runge–Kutta method of order 4 with projection, because nodes near the place are
+//! less accurate.
 
 use alloc::vec::Vec;
 
@@ -12,25 +16,28 @@ use crate::simulate::run::monitors::branch_identification::degenerate_rows::{
 };
 use crate::{constrain, math};
 
-/// Distances before the place at which the motion is read.
-const NODES: usize = 4;
-/// Steps of Runge and Kutta's method in each of them.
-const STEPS: f64 = 4.0;
-/// Most of them.
-const MOST: f64 = 400.0;
-/// How often it is looked for the place.
-const REFINED: u32 = 4;
-/// Difference of the powers on both sides of the place that are one.
-const SAME: f64 = 0.5;
-/// Part of its length by which the gradients that two degrees foretell may differ.
-const AGREE: f64 = 0.25;
-/// Part of its length by which the gradient that is met may differ from what is foretold.
-const KEEPS: f64 = 0.5;
+/// Distances before the place through which the polynomial of degree 2n − 1 is laid.
+const EXTRAPOLATION_NODES: usize = 4;
+/// Runge–Kutta steps per distance.
+const STEPS_PER_DISTANCE: f64 = 4.0;
+/// Most Runge–Kutta steps to one state. A state that needs more is not found, and nothing is decided there.
+const MAX_STEPS: f64 = 400.0;
+/// Most corrections of the time of the place by the gradients on both sides.
+const MAX_REFINEMENTS: u32 = 4;
+/// Largest difference of the powers on both sides of the place, for which they are the same.
+const MAX_POWER_DIFFERENCE: f64 = 0.5;
+/// Largest difference of the gradients by two degrees of extrapolation, in parts of their length, for which
+/// they decide. Gradients of neighbouring branches differ by twice their length.
+const MAX_PREDICTION_DIFFERENCE: f64 = 0.25;
+/// Largest difference of the gradient of the motion from the extrapolated one, in parts of its length, for
+/// which the motion is on its own branch.
+const MAX_BRANCH_DIFFERENCE: f64 = 0.5;
 
+/// The path around one place. See this file's head.
 pub(crate) struct BranchPath<'p, 'r, 'm, M: Constraints> {
     rhs: &'p RightHandSide<'r, 'm, M>,
-    knots: &'p [StepNode<M::Vector>],
-    /// When the motion is in the place, and what vanishes there.
+    path_nodes: &'p [StepNode<M::Vector>],
+    /// Time of the place, and the gradient that vanishes there.
     at: f64,
     degenerate: DegenerateRows,
     direction: f64,
@@ -40,19 +47,18 @@ pub(crate) struct BranchPath<'p, 'r, 'm, M: Constraints> {
 impl<'p, 'r, 'm, M: Constraints> BranchPath<'p, 'r, 'm, M> {
     pub(crate) fn new(
         rhs: &'p RightHandSide<'r, 'm, M>,
-        knots: &'p [StepNode<M::Vector>],
+        path_nodes: &'p [StepNode<M::Vector>],
         (at, degenerate): (f64, DegenerateRows),
         degenerates: &'p mut DegenerateRowSet<M>,
     ) -> Self {
-        let direction = (knots[knots.len() - 1].t - knots[0].t).signum();
-        Self { rhs, knots, at, degenerate, direction, degenerates }
+        let direction = (path_nodes[path_nodes.len() - 1].t - path_nodes[0].t).signum();
+        Self { rhs, path_nodes, at, degenerate, direction, degenerates }
     }
 
-    /// The power of the distance with which the gradient vanishes on both sides; `None` where they do not
-    /// agree, as so near that it is not known well enough where the place is. Gradients shorter than `least`
-    /// say nothing.
+    /// The power of the distance with which the gradient vanishes. `None` if both sides do not agree, as so
+    /// near that the time of the place is not accurate enough, or if gradients are shorter than `least`.
     pub(crate) fn power(&mut self, distance: f64, least: f64) -> Option<f64> {
-        for _ in 0..REFINED {
+        for _ in 0..MAX_REFINEMENTS {
             let [far, before, after, beyond] = self.lengths(distance)?;
             if !(before > least && after > least) {
                 return None;
@@ -60,7 +66,7 @@ impl<'p, 'r, 'm, M: Constraints> BranchPath<'p, 'r, 'm, M> {
             let powers =
                 [math::ln(far / before), math::ln(beyond / after)].map(|x| x / core::f64::consts::LN_2);
             let power = 0.5 * (powers[0] + powers[1]);
-            if (powers[0] - powers[1]).abs() <= SAME {
+            if (powers[0] - powers[1]).abs() <= MAX_POWER_DIFFERENCE {
                 return Some(power);
             }
             if power.is_nan() || power < 0.5 {
@@ -73,30 +79,31 @@ impl<'p, 'r, 'm, M: Constraints> BranchPath<'p, 'r, 'm, M> {
         None
     }
 
-    /// Of the gradient, two distances and one before the place, and one and two behind it.
+    /// Lengths of the gradient at −2, −1, 1 and 2 distances from the place.
     fn lengths(&mut self, distance: f64) -> Option<[f64; 4]> {
         let mut lengths = [0.0; 4];
         for (length, side) in lengths.iter_mut().zip([-2.0, -1.0, 1.0, 2.0]) {
-            let y = self.state(side, distance)?;
+            let y = self.phase_at(side, distance)?;
             *length = norm(self.gradient(side, distance, &y).as_slice());
         }
         Some(lengths)
     }
 
-    /// Whether the motion behind the place is on the branch on which it was before; `None` where that cannot
-    /// be decided.
-    pub(crate) fn keeps(&mut self, distance: f64) -> Option<bool> {
-        let mut nodes = Vec::with_capacity(NODES);
-        for k in 1..=NODES {
-            nodes.push((-(k as f64), self.state(-(k as f64), distance)?));
+    /// Whether the motion behind the place is on the branch on which it was before; `None` if that cannot be
+    /// decided.
+    pub(crate) fn stays_on_branch(&mut self, distance: f64) -> Option<bool> {
+        let mut nodes = Vec::with_capacity(EXTRAPOLATION_NODES);
+        for k in 1..=EXTRAPOLATION_NODES {
+            nodes.push((-(k as f64), self.phase_at(-(k as f64), distance)?));
         }
-        let [septic, quintic] = [NODES, NODES - 1].map(|n| self.continued(&nodes[..n], distance));
-        let met = self.state(1.0, distance)?;
+        let [septic, quintic] =
+            [EXTRAPOLATION_NODES, EXTRAPOLATION_NODES - 1].map(|n| self.extrapolated(&nodes[..n], distance));
+        let met = self.phase_at(1.0, distance)?;
         let [septic, quintic, met] = [septic, quintic, met].map(|y| self.gradient(1.0, distance, &y));
-        let apart = |a: &M::Vector, b: &M::Vector| norm(sum(a, b, -1.0).as_slice());
+        let difference = |a: &M::Vector, b: &M::Vector| norm(plus_scaled(a, b, -1.0).as_slice());
         let size = norm(septic.as_slice());
-        let decided = apart(&septic, &quintic) <= AGREE * size && size > 0.0;
-        decided.then(|| apart(&septic, &met) <= KEEPS * size)
+        let decided = difference(&septic, &quintic) <= MAX_PREDICTION_DIFFERENCE * size && size > 0.0;
+        decided.then(|| difference(&septic, &met) <= MAX_BRANCH_DIFFERENCE * size)
     }
 
     /// The gradient, in weighted coordinates.
@@ -109,17 +116,17 @@ impl<'p, 'r, 'm, M: Constraints> BranchPath<'p, 'r, 'm, M> {
         self.at + self.direction * side * distance
     }
 
-    /// The motion so many distances behind the place, or before it, from the state beyond that is nearest:
-    /// what lies nearer to the place is less certain.
-    fn state(&mut self, side: f64, distance: f64) -> Option<Phase<M::Vector>> {
+    /// The phase `side` distances behind the place, or before it if negative, integrated from the nearest
+    /// node that is farther from the place.
+    fn phase_at(&mut self, side: f64, distance: f64) -> Option<Phase<M::Vector>> {
         let t = self.time(side, distance);
-        let beyond = |knot: &&StepNode<M::Vector>| (knot.t - t) * self.direction * side >= 0.0;
-        let ends = if side < 0.0 { &self.knots[0] } else { &self.knots[self.knots.len() - 1] };
-        let near = |knot: &&StepNode<M::Vector>| (knot.t - t).abs();
+        let beyond = |node: &&StepNode<M::Vector>| (node.t - t) * self.direction * side >= 0.0;
+        let ends = if side < 0.0 { &self.path_nodes[0] } else { &self.path_nodes[self.path_nodes.len() - 1] };
+        let near = |node: &&StepNode<M::Vector>| (node.t - t).abs();
         let from =
-            self.knots.iter().filter(beyond).min_by(|a, b| near(a).total_cmp(&near(b))).unwrap_or(ends);
-        let steps = (t - from.t).abs() / distance * STEPS;
-        if steps.is_nan() || steps > MOST {
+            self.path_nodes.iter().filter(beyond).min_by(|a, b| near(a).total_cmp(&near(b))).unwrap_or(ends);
+        let steps = (t - from.t).abs() / distance * STEPS_PER_DISTANCE;
+        if steps.is_nan() || steps > MAX_STEPS {
             return None;
         }
         let steps = steps as u32 + 1;
@@ -130,17 +137,20 @@ impl<'p, 'r, 'm, M: Constraints> BranchPath<'p, 'r, 'm, M> {
         Some(y)
     }
 
-    /// A step of Runge and Kutta's method, of order 4, whose end is put onto the constraints.
+    /// One Runge–Kutta step of order 4, whose end is projected.
     fn step(&mut self, t: f64, y: &Phase<M::Vector>, h: f64) -> Option<Phase<M::Vector>> {
-        let ahead = |k: &Phase<M::Vector>, h: f64| Phase { q: sum(&y.q, &k.q, h), u: sum(&y.u, &k.u, h) };
+        let ahead = |k: &Phase<M::Vector>, h: f64| Phase {
+            q: plus_scaled(&y.q, &k.q, h),
+            u: plus_scaled(&y.u, &k.u, h),
+        };
         let one = self.derivative(t, y)?;
         let two = self.derivative(t + 0.5 * h, &ahead(&one, 0.5 * h))?;
         let three = self.derivative(t + 0.5 * h, &ahead(&two, 0.5 * h))?;
         let four = self.derivative(t + h, &ahead(&three, h))?;
         let mut end = *y;
         for (k, weight) in [(one, 1.0), (two, 2.0), (three, 2.0), (four, 1.0)] {
-            end.q = sum(&end.q, &k.q, h * weight / 6.0);
-            end.u = sum(&end.u, &k.u, h * weight / 6.0);
+            end.q = plus_scaled(&end.q, &k.q, h * weight / 6.0);
+            end.u = plus_scaled(&end.u, &k.u, h * weight / 6.0);
         }
         let (model, constants) = (self.rhs.model, self.rhs.constants);
         let mut state = self.rhs.state(t + h, &end.q, &end.u);
@@ -163,7 +173,7 @@ impl<'p, 'r, 'm, M: Constraints> BranchPath<'p, 'r, 'm, M> {
 
     /// The polynomial through positions and velocities at nodes, in distances from the place, one distance
     /// behind it: Newton's divided differences with every node twice.
-    fn continued(&self, nodes: &[(f64, Phase<M::Vector>)], distance: f64) -> Phase<M::Vector> {
+    fn extrapolated(&self, nodes: &[(f64, Phase<M::Vector>)], distance: f64) -> Phase<M::Vector> {
         let (rate, mut out) = (self.direction * distance, nodes[0].1);
         for i in 0..M::Vector::LEN {
             let twice = nodes.iter().flat_map(|node| [node, node]);
@@ -188,7 +198,7 @@ impl<'p, 'r, 'm, M: Constraints> BranchPath<'p, 'r, 'm, M> {
 }
 
 /// x + factor · y.
-fn sum<V: Vector>(x: &V, y: &V, factor: f64) -> V {
+fn plus_scaled<V: Vector>(x: &V, y: &V, factor: f64) -> V {
     let mut out = *x;
     (0..V::LEN).for_each(|i| out[i] += factor * y[i]);
     out
