@@ -16,7 +16,7 @@ use super::null_space::null_space;
 use super::problem::{Balance, ContinuationPoint, ContinuationProblem, Direction};
 use super::trace::{Sample, Tracer};
 use super::{Continuation, ContinuationError};
-use crate::numbers::Numbers;
+use crate::random_numbers::RandomNumbers;
 
 /// Distances from the point at which arms are sought, in the scales of coordinates and parameter. The
 /// distance that yields most arms counts. At a large one, an arm that bends strongly is missed. At a small

@@ -14,7 +14,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::problem::{Balance, ContinuationProblem, Direction};
 use crate::equilibria::EquilibriumError;
-use crate::linearize::{LinearizeError, general};
+use crate::linearize::{LinearizeError, matrix_eigenvalues};
 
 /// Least agreement, as the sum of cos² of angles, between a shape and those of one sign at the other place.
 /// Below it, the shape turned so far that its sign change is uncertain. A value above ½ makes the match
@@ -69,7 +69,7 @@ impl TestFunctions {
         let coordinates = balance.free.iter().map(|k| balance.statics.tangent.coordinates[*k]).collect();
         let n = reduced.nrows();
         if (&reduced - reduced.transpose()).amax() > SYMMETRY_TOLERANCE * reduced.amax() {
-            let all = general(reduced)?;
+            let all = matrix_eigenvalues(reduced)?;
             let is_real = |x: &&Complex<f64>| x.im.abs() <= REAL_EIGENVALUE_TOLERANCE * x.norm();
             let mut stiffnesses: Vec<f64> = all.iter().filter(is_real).map(|x| x.re).collect();
             stiffnesses.sort_by(f64::total_cmp);
