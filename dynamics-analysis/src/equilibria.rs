@@ -46,7 +46,7 @@ pub use stability::{Stability, StabilityVerdict, Undecided};
 
 use crate::LinearizeError;
 use crate::linearize::indices;
-use displacement::displaced;
+use displacement::{displaced, fastest};
 use newton::EquilibriumSolution;
 pub(super) use search::periodic;
 use statics::excess;
@@ -343,11 +343,6 @@ fn after_time<S: ModelState>(state: &S, after: f64) -> S {
     let mut later = at_time(state, state.t() + after);
     later.q_mut().as_mut_slice().iter_mut().zip(state.u().as_slice()).for_each(|(q, u)| *q += after * u);
     later
-}
-
-/// The largest magnitude of a velocity.
-fn fastest<S: ModelState>(state: &S) -> f64 {
-    state.u().as_slice().iter().fold(0.0, |most: f64, u| most.max(u.abs()))
 }
 
 /// Times after a state, in s, at which forces are sampled: every twentieth of a second up to 100 s, then in

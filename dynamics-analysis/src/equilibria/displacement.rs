@@ -1,4 +1,5 @@
-//! States with displaced coordinates, and their return to the constraints.
+//! States with displaced coordinates, their return to the constraints, and the sizes of displacements and
+//! velocities.
 
 use dynamics_runtime::constrain::{project_positions, with_workspace};
 use dynamics_runtime::model::{Constraints, ModelState, Vector};
@@ -14,6 +15,11 @@ pub(super) fn displaced<S: ModelState>(state: &S, step: &DVector<f64>) -> S {
 /// The largest element of a displacement, each relative to the scale of its coordinate.
 pub(super) fn size_in_scales(step: &DVector<f64>, scales: &[f64]) -> f64 {
     step.iter().zip(scales).fold(0.0, |most: f64, (d, scale)| most.max(d.abs() / scale))
+}
+
+/// The largest magnitude of a velocity.
+pub(super) fn fastest<S: ModelState>(state: &S) -> f64 {
+    state.u().as_slice().iter().fold(0.0, |most: f64, u| most.max(u.abs()))
 }
 
 /// The state whose positions are projected onto the constraints; `None` if that fails.

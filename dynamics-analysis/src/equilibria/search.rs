@@ -10,8 +10,9 @@ use dynamics_runtime::constrain::assemble::positions_of;
 use dynamics_runtime::constrain::at_time;
 use dynamics_runtime::model::{Constraints, ModelState, Vector};
 
+use super::displacement::fastest;
 use super::statics::{model_terms, scales};
-use super::{Equilibrium, EquilibriumError, EquilibriumOptions, fastest, find_holding};
+use super::{Equilibrium, EquilibriumError, EquilibriumOptions, find_holding};
 use crate::linearize::indices;
 use crate::random_numbers::RandomNumbers;
 

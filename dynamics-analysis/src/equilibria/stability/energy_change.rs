@@ -19,8 +19,7 @@ use dynamics_runtime::constrain::at_time;
 use dynamics_runtime::model::{Constraints, ModelState, Powers, Vector};
 use nalgebra::{DMatrix, DVector};
 
-use super::super::displacement::{displaced, projected};
-use super::super::fastest;
+use super::super::displacement::{displaced, fastest, projected};
 use super::super::statics::{Statics, scales};
 
 /// Displacements of the positions at which forces are tested, in the scales of the coordinates: near and far,
