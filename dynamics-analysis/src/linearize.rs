@@ -294,20 +294,20 @@ pub(crate) fn linearize<M: Constraints>(
     check_start(model, state)?;
     refuse_corner(model, state)?;
     let preferred = indices::<M>(wanted)?;
-    let read = ModelDerivatives::of(model, state)?;
+    let derivatives = ModelDerivatives::of(model, state)?;
     if !preferred.is_empty() {
-        return in_coordinates(model, state, &read, [&preferred; 2]);
+        return in_coordinates(model, state, &derivatives, [&preferred; 2]);
     }
     // A motion is steady in velocities that are constant. On a circle the velocities of the position are not,
     // though one of them may have no acceleration for an instant. So without one of the velocities that seem
     // constant another choice may show that the motion is steady.
-    let constant = reduce::constant_velocities(state, &read.accelerations);
-    let found = in_coordinates(model, state, &read, [&[], &constant])?;
+    let constant = reduce::constant_velocities(state, &derivatives.accelerations);
+    let found = in_coordinates(model, state, &derivatives, [&[], &constant])?;
     if found.unsteady.is_some() && found.coordinates.len() > found.velocities.len() {
         for without in &found.velocities {
             let others: Vec<usize> =
                 constant.iter().copied().filter(|i| M::COORDINATES[*i] != *without).collect();
-            let other = in_coordinates(model, state, &read, [&[], &others])?;
+            let other = in_coordinates(model, state, &derivatives, [&[], &others])?;
             if other.unsteady.is_none() {
                 return Ok(other);
             }
@@ -320,22 +320,22 @@ pub(crate) fn linearize<M: Constraints>(
 fn in_coordinates<M: Constraints>(
     model: &M,
     state: &M::State,
-    read: &ModelDerivatives,
+    derivatives: &ModelDerivatives,
     preferred: [&[usize]; 2],
 ) -> Result<Linearization, LinearizeError> {
-    let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, preferred);
+    let tangent = Tangent::new(&derivatives.jacobian, derivatives.holonomic, &derivatives.mass, preferred);
     if let Some(dependent) = preferred[0].iter().find(|i| !tangent.coordinates.contains(i)) {
         return Err(LinearizeError::Dependent { name: M::COORDINATES[*dependent].name });
     }
     reduce::refuse_singular(model, state, &tangent)?;
-    let mut found = assemble::<M>(read, &tangent);
+    let mut found = assemble::<M>(derivatives, &tangent);
     found.unsteady = steady::why_unsteady(model, state, &found, &tangent);
     Ok(found)
 }
 
 /// The linear equations in the independent coordinates and velocities of a tangent space.
-pub(super) fn assemble<M: Constraints>(read: &ModelDerivatives, tangent: &Tangent) -> Linearization {
-    let [mass, damping, stiffness, particular] = read.project(tangent);
+pub(super) fn assemble<M: Constraints>(derivatives: &ModelDerivatives, tangent: &Tangent) -> Linearization {
+    let [mass, damping, stiffness, particular] = derivatives.project(tangent);
     let named = |indices: &[usize]| indices.iter().map(|i| M::COORDINATES[*i]).collect::<Vec<_>>();
     Linearization {
         coordinates: named(&tangent.coordinates),
@@ -343,12 +343,12 @@ pub(super) fn assemble<M: Constraints>(read: &ModelDerivatives, tangent: &Tangen
         mass,
         damping,
         stiffness,
-        input: -tangent.velocities.tr_mul(&read.force_by_inputs),
+        input: -tangent.velocities.tr_mul(&derivatives.force_by_inputs),
         rates_by_velocities: tangent.velocities.select_rows(&tangent.coordinates),
         rates_by_coordinates: particular.select_rows(&tangent.coordinates),
         shape: tangent.positions.clone(),
         all: M::COORDINATES,
-        accelerations: read.accelerations.select_rows(&tangent.rates),
+        accelerations: derivatives.accelerations.select_rows(&tangent.rates),
         conditioning: tangent.conditioning,
         unsteady: None,
     }

@@ -48,10 +48,10 @@ pub(super) fn why_unsteady<M: Constraints>(
     let rate = state.u().as_slice().iter().fold(1.0, |most: f64, u| most.max(u.abs()));
     let influential = influential_states(&a);
     for part in COMPARISON_TIMES {
-        let Some((there, read, tangent)) = state_after(model, state, tangent, part / rate) else {
+        let Some((there, derivatives, tangent)) = state_after(model, state, tangent, part / rate) else {
             return Some(LinearizeError::Ends);
         };
-        let then = assemble::<M>(&read, &tangent);
+        let then = assemble::<M>(&derivatives, &tangent);
         let Ok(mut b) = then.state_matrix() else { return Some(LinearizeError::Ends) };
         drop_rounding(&mut b);
         // A state without influence now may have a force later, for example the angle of a wheel that turns
@@ -145,9 +145,9 @@ pub(crate) fn state_after<M: Constraints>(
     with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut later, memory)).ok()?;
     let same = [tangent.coordinates.as_slice(), &tangent.rates];
     let at = |state: &M::State| {
-        let read = ModelDerivatives::of(model, state).ok()?;
-        let tangent = Tangent::new(&read.jacobian, read.holonomic, &read.mass, same);
-        Some((read, tangent))
+        let derivatives = ModelDerivatives::of(model, state).ok()?;
+        let tangent = Tangent::new(&derivatives.jacobian, derivatives.holonomic, &derivatives.mass, same);
+        Some((derivatives, tangent))
     };
     // The independent velocities stay exactly as they are; the dependent ones follow from the constraints.
     let (_, there) = at(&later)?;
@@ -156,6 +156,6 @@ pub(crate) fn state_after<M: Constraints>(
     let missed = DMatrix::from_iterator(there.row_count(), 1, held);
     let change = there.particular(&missed);
     later.u_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(u, d)| *u += d);
-    let (read, tangent) = at(&later)?;
-    Some((later, read, tangent))
+    let (derivatives, tangent) = at(&later)?;
+    Some((later, derivatives, tangent))
 }

@@ -121,11 +121,11 @@ fn check_time_dependence<M: Simulate + Parameters + Clone>(
     let value = model.parameter(parameter);
     let h = step(value.ok_or(SensitivityError::NoParameterValue { name: M::PARAMETERS[parameter].name })?);
     for by in [0.0, h, -h] {
-        let Some(beside) = moved(model, parameter, by) else { continue };
+        let Some(neighbour) = moved(model, parameter, by) else { continue };
         let mut start = *state;
         start.q_mut().as_mut_slice().iter_mut().zip(change.by.iter()).for_each(|(q, d)| *q += by * d);
         // Other errors of the search, for example of an invalid value, have no effect on the derivative.
-        match find(&beside, &start, EquilibriumOptions { moving, ..EquilibriumOptions::REST }) {
+        match find(&neighbour, &start, EquilibriumOptions { moving, ..EquilibriumOptions::REST }) {
             Err(error) if error.is_of_time() => return Err(error.into()),
             _ => {}
         }
@@ -192,7 +192,7 @@ fn stiffness_sizes<M: Simulate + Parameters + Clone>(
     linear: &Linearization,
 ) -> DMatrix<f64> {
     let names: Vec<&str> = linear.coordinates.iter().map(|q| q.name).collect();
-    let beside = |by: f64| {
+    let relative_change = |by: f64| {
         let mut other = model.clone();
         for i in 0..M::PARAMETERS.len() {
             // Fractions of multiples of the golden section are well distributed.
@@ -205,7 +205,7 @@ fn stiffness_sizes<M: Simulate + Parameters + Clone>(
     };
     // If the changed models are invalid, |K| remains.
     let n = linear.stiffness.nrows();
-    [PARAMETER_PERTURBATION, -PARAMETER_PERTURBATION].into_iter().filter_map(beside).fold(
+    [PARAMETER_PERTURBATION, -PARAMETER_PERTURBATION].into_iter().filter_map(relative_change).fold(
         linear.stiffness.abs(),
         |most, change| {
             DMatrix::from_fn(n, n, |i, j| {
@@ -308,8 +308,8 @@ pub(super) fn frequencies_by<M: Simulate + Parameters + Clone>(
             .map_err(failed)?;
         // The linear change is in balance to first order of the step only. The search removes the rest.
         let state = crate::equilibria::equilibrium(&moved, &state)?.state;
-        let beside = linearize(&moved, &state, &names)?;
-        let both = beside.mass.iter().chain(beside.stiffness.iter()).copied();
+        let nearby = linearize(&moved, &state, &names)?;
+        let both = nearby.mass.iter().chain(nearby.stiffness.iter()).copied();
         Ok::<_, SensitivityError>(DVector::from_iterator(2 * rows * rows, both))
     };
     let both = linear.mass.iter().chain(linear.stiffness.iter()).map(|x| x.abs());
@@ -335,8 +335,8 @@ fn check_conservative(linear: &Linearization) -> Result<(), SensitivityError> {
     let squares: Vec<f64> = stiffness.row_iter().map(|row| row.amax()).collect();
     let part_of = |matrix: &DMatrix<f64>, least: f64, power: f64| {
         let part = |i: usize, j: usize| {
-            let beside = (squares[i] * squares[j]).powf(0.5 * power).max(f64::MIN_POSITIVE);
-            if matrix[(i, j)] > least { matrix[(i, j)] / beside } else { 0.0 }
+            let scale = (squares[i] * squares[j]).powf(0.5 * power).max(f64::MIN_POSITIVE);
+            if matrix[(i, j)] > least { matrix[(i, j)] / scale } else { 0.0 }
         };
         (0..n * n).map(|k| part(k / n, k % n)).fold(0.0, f64::max)
     };

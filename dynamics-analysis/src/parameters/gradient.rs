@@ -152,7 +152,7 @@ impl<'m, M: Simulate + Parameters + Clone> Objective<'m, M> {
         let variables = self.variables()?;
         let end = self.end.ok_or(SensitivityError::NoEnd)?;
         let plan = ParsedObjective::of::<M>(&self.terms, end)?;
-        let asked = SensitivityRequest {
+        let request = SensitivityRequest {
             variables: &variables,
             end,
             tolerance: self.tolerance,
@@ -160,7 +160,7 @@ impl<'m, M: Simulate + Parameters + Clone> Objective<'m, M> {
             times: None,
         };
         let options = self.options.as_deref().map(|options| options as &dyn Fn(_) -> _);
-        let motion = asked.motion(self.model, self.start, options)?;
+        let motion = request.motion(self.model, self.start, options)?;
         if motion.end_time() != end {
             return Err(SensitivityError::EndsBefore { time: motion.end_time(), end });
         }

@@ -86,9 +86,9 @@ pub enum SensitivityError {
          end before that event"
     )]
     EndsBefore {
-        /// When it ends.
+        /// The time at which it ends.
         time: f64,
-        /// When it was to end.
+        /// The end time that was set.
         end: f64,
     },
     /// Applied forces depend on reactions.

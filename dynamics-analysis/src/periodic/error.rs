@@ -1,4 +1,4 @@
-//! Why no periodic motion was found, or why it cannot be judged.
+//! The errors of periodic motions, multipliers, exponents and sections.
 
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -22,14 +22,14 @@ pub enum PeriodicError {
     /// There are no derivatives.
     #[error("{0}")]
     Derivatives(LinearizeError),
-    /// An option makes no sense.
+    /// An option has an invalid value.
     #[error("{what} is {value}; it has to be {needed}")]
     Option {
         /// Which.
         what: &'static str,
         /// Its value.
         value: f64,
-        /// What it has to be.
+        /// The valid values.
         needed: &'static str,
     },
     /// The constraints leave no freedom.
@@ -41,7 +41,7 @@ pub enum PeriodicError {
     /// A name is not that of a coordinate.
     #[error(fmt = unknown_coordinate)]
     UnknownCoordinate {
-        /// What was asked for.
+        /// The name that was asked for.
         name: String,
         /// A coordinate of a similar name, if there is one.
         nearest: Option<String>,
@@ -65,7 +65,7 @@ pub enum PeriodicError {
         /// The coordinate that is accelerated by it.
         coordinate: &'static str,
     },
-    /// The motion leaves every bound.
+    /// The motion diverges.
     #[error(
         "the motion runs away: `{coordinate}` or its velocity is {value:.2e} at t = {time:.6}; start nearer, \
          or give states along the closed motion by `.through(..)`"
@@ -73,9 +73,9 @@ pub enum PeriodicError {
     RunsAway {
         /// When.
         time: f64,
-        /// The coordinate, or the coordinate whose velocity, grew most.
+        /// The coordinate that diverged, or whose velocity did.
         coordinate: &'static str,
-        /// To what.
+        /// Its absolute value, or that of its velocity.
         value: f64,
     },
     /// More steps than are allowed.
@@ -91,7 +91,7 @@ pub enum PeriodicError {
         /// Steps made.
         steps: usize,
     },
-    /// Steps become shorter without end.
+    /// The step size falls below the resolution of time.
     #[error(
         "steps become shorter without end at t = {time:.6}; the equations are singular there, or the \
          tolerance asks for more than rounding leaves"
@@ -172,7 +172,7 @@ pub enum PeriodicError {
         coordinate: &'static str,
         /// Smallest over largest singular value of the conditions.
         ratio: f64,
-        /// What is conserved.
+        /// The conserved quantities.
         conserved: Vec<&'static str>,
         /// Conditions that would choose one and are not set yet, as they are written.
         remedies: Vec<String>,
@@ -194,7 +194,7 @@ pub enum PeriodicError {
         period: f64,
         /// The start there: coordinates, then velocities.
         at: Vec<f64>,
-        /// What ended the shots beside it, if something did.
+        /// The error of the last shot that failed, if one did.
         because: Option<Box<PeriodicError>>,
     },
     /// Neighbours separate or approach so fast that the numbers overflow or underflow.
@@ -212,13 +212,13 @@ pub enum PeriodicError {
     /// The section was crossed less often than asked for.
     #[error(fmt = never_crossed)]
     NeverCrossed {
-        /// How often it was.
+        /// The number of crossings.
         points: usize,
-        /// Up to when it was looked for.
+        /// The end of the search.
         until: f64,
         /// The least and the greatest value of the section function on the way.
         range: [f64; 2],
-        /// The points, but for those that were to be left out: time, coordinates, then velocities of each.
+        /// The points, without those that were skipped: time, coordinates, then velocities of each.
         found: Vec<Vec<f64>>,
     },
     /// The simulation for the points of a section failed.

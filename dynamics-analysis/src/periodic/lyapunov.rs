@@ -264,11 +264,11 @@ struct TangentFlow<'m, M: Simulate> {
 }
 
 impl<'m, M: Simulate> TangentFlow<'m, M> {
-    fn new(asked: &Lyapunov<'m, M>) -> Result<Self, PeriodicError> {
-        let flow = Flow::new(asked.model, asked.tolerance, asked.most_steps)?;
-        let frame = Frame::at(asked.model, &asked.start, None)?;
+    fn new(options: &Lyapunov<'m, M>) -> Result<Self, PeriodicError> {
+        let flow = Flow::new(options.model, options.tolerance, options.most_steps)?;
+        let frame = Frame::at(options.model, &options.start, None)?;
         let dimension = frame.len();
-        let count = asked.count.unwrap_or(dimension);
+        let count = options.count.unwrap_or(dimension);
         if count == 0 || count > dimension {
             let needed = "between 1 and the number of independent coordinates and velocities";
             return Err(PeriodicError::Option {
@@ -277,7 +277,7 @@ impl<'m, M: Simulate> TangentFlow<'m, M> {
                 needed,
             });
         }
-        let weights = sizes::<M>(&[asked.start], core::f64::consts::TAU);
+        let weights = sizes::<M>(&[options.start], core::f64::consts::TAU);
         // Independent vectors that are not aligned with the coordinates.
         let mix = DMatrix::from_fn(dimension, count, |i, j| {
             f64::from(u8::from(i == j)) + 0.3 * (1.7 + 2.399_963 * (i + dimension * j) as f64).sin()
@@ -285,7 +285,7 @@ impl<'m, M: Simulate> TangentFlow<'m, M> {
         let tangents = &frame.basis * mix;
         let mut carried = Self {
             flow,
-            state: asked.start,
+            state: options.start,
             tangents,
             weights,
             dimension,

@@ -216,7 +216,7 @@ impl<'m, M: Simulate> Shooting<'m, M> {
             finite("the coordinate that is held", *value)?;
             holds.push(Hold::Coordinate(index::<M>(name)?, *value));
         }
-        let asked = newton::ShootingOptions {
+        let options = newton::ShootingOptions {
             segments: self.segments,
             hold_period: self.hold_period,
             holds: &holds,
@@ -225,7 +225,7 @@ impl<'m, M: Simulate> Shooting<'m, M> {
             most_steps: self.most_steps,
             most_iterations: self.most_iterations,
         };
-        let found = newton::search(self.model, &self.guesses, self.period, &asked)?;
+        let found = newton::search(self.model, &self.guesses, self.period, &options)?;
         let limits = (self.tolerance, self.most_steps);
         let floquet = floquet::of_motion(self.model, &found.nodes, found.period, &advance, limits)?;
         let repeats =

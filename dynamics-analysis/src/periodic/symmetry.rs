@@ -67,17 +67,17 @@ pub(super) fn is_autonomous<M: Constraints>(
     let stride = passed.len().div_ceil(COMPARED_STATES).max(1);
     for state in passed.iter().step_by(stride) {
         // Off the motion, because terms with the time may vanish on it.
-        let mut beside = *state;
-        for (i, u) in beside.u_mut().as_mut_slice().iter_mut().enumerate() {
+        let mut nearby = *state;
+        for (i, u) in nearby.u_mut().as_mut_slice().iter_mut().enumerate() {
             *u += OFF_MOTION * (1.0 + u.abs()) * (1.0 + i as f64).sin();
         }
         if M::ROWS.is_empty() {
-            for (i, q) in beside.q_mut().as_mut_slice().iter_mut().enumerate() {
+            for (i, q) in nearby.q_mut().as_mut_slice().iter_mut().enumerate() {
                 *q += OFF_MOTION * (1.0 + q.abs()) * (2.0 + i as f64).cos();
             }
         }
-        let at = |flow: &mut Flow<'_, M>, beside: &M::State, t: f64| -> Option<Vec<f64>> {
-            let state = at_time(beside, t);
+        let at = |flow: &mut Flow<'_, M>, nearby: &M::State, t: f64| -> Option<Vec<f64>> {
+            let state = at_time(nearby, t);
             let accelerations = flow.accelerations(&state).ok()?;
             let rates = flow.model.velocity_residual(&state);
             Some(
@@ -85,19 +85,19 @@ pub(super) fn is_autonomous<M: Constraints>(
             )
         };
         // If there are no accelerations off the motion, compare on it.
-        let now = match at(flow, &beside, state.t()) {
+        let now = match at(flow, &nearby, state.t()) {
             Some(now) => now,
             None => {
-                beside = *state;
-                let Some(now) = at(flow, &beside, state.t()) else { continue };
+                nearby = *state;
+                let Some(now) = at(flow, &nearby, state.t()) else { continue };
                 now
             }
         };
         autonomous &= COMPARISON_PHASES
             .iter()
-            .all(|part| at(flow, &beside, state.t() + part * period).as_ref() == Some(&now));
+            .all(|part| at(flow, &nearby, state.t() + part * period).as_ref() == Some(&now));
         // One period later, with the advance of the coordinates.
-        let mut further = beside;
+        let mut further = nearby;
         further.q_mut().as_mut_slice().iter_mut().zip(advance.iter()).for_each(|(q, by)| *q += by);
         let Some(then) = at(flow, &further, state.t() + period) else { continue };
         let mut differs: Vec<f64> = now.iter().zip(&then).map(|(a, b)| (a - b).abs()).collect();
@@ -105,7 +105,7 @@ pub(super) fn is_autonomous<M: Constraints>(
         // little before and after, too.
         for shift in [-JUMP_SIDE_DISTANCE * period, JUMP_SIDE_DISTANCE * period] {
             let sides =
-                (at(flow, &beside, state.t() + shift), at(flow, &further, state.t() + period + shift));
+                (at(flow, &nearby, state.t() + shift), at(flow, &further, state.t() + period + shift));
             let (Some(a), Some(b)) = sides else { continue };
             differs.iter_mut().zip(a.iter().zip(&b)).for_each(|(by, (a, b))| *by = by.min((a - b).abs()));
         }
@@ -174,12 +174,12 @@ impl Conserved {
         // The energy function is conserved if no force does work, also not at velocities off the motion.
         let mut powers = alloc::vec![0.0; M::POWERS.len()];
         let idle = |state: &M::State| {
-            let mut beside = *state;
+            let mut nearby = *state;
             let speed = state.u().as_slice().iter().fold(LEAST_TRIAL_SPEED, |most: f64, u| most.max(u.abs()));
-            for (i, u) in beside.u_mut().as_mut_slice().iter_mut().enumerate() {
+            for (i, u) in nearby.u_mut().as_mut_slice().iter_mut().enumerate() {
                 *u += speed * (0.7 + 1.3 * i as f64).sin();
             }
-            model.powers(&beside, &mut powers);
+            model.powers(&nearby, &mut powers);
             powers.iter().all(|power| *power == 0.0)
         };
         let energy = !listed_energy && autonomous && !passed.is_empty() && passed.iter().all(idle);

@@ -55,18 +55,18 @@ struct LinearDeviation {
 pub(super) fn equations<M: Constraints + Outputs>(
     model: &M,
     state: &M::State,
-    read: &ModelDerivatives,
+    derivatives: &ModelDerivatives,
     tangent: &Tangent,
     linear: &Linearization,
 ) -> Result<(StateSpaceMatrices, Vec<(usize, SignalUnavailable)>), VibrationError> {
     let a = linear.state_matrix()?;
     // Unit generalized forces along coordinates join the inputs.
     let n = M::Vector::LEN;
-    let forces = join(&-&read.force_by_inputs, &DMatrix::identity(n, n));
+    let forces = join(&-&derivatives.force_by_inputs, &DMatrix::identity(n, n));
     let b = by_forces(linear, tangent, &forces)?;
-    let [q, u, accelerations] = motions(read, tangent, linear, &a, &b);
-    let reactions = reactions(read, [&q, &u, &accelerations], &forces);
-    let (declared, unavailable) = declared(model, state, read, [&q, &u, &accelerations], &reactions)?;
+    let [q, u, accelerations] = motions(derivatives, tangent, linear, &a, &b);
+    let reactions = reactions(derivatives, [&q, &u, &accelerations], &forces);
+    let (declared, unavailable) = declared(model, state, derivatives, [&q, &u, &accelerations], &reactions)?;
     let stacked = |of: fn(&LinearDeviation) -> &DMatrix<f64>| {
         let rows = [&declared, &q, &u, &accelerations].map(of);
         DMatrix::from_fn(rows.iter().map(|m| m.nrows()).sum(), rows[1].ncols(), |i, j| {
@@ -96,7 +96,7 @@ fn by_forces(
 
 /// δq, δq̇ and δq̈ of all coordinates.
 fn motions(
-    read: &ModelDerivatives,
+    derivatives: &ModelDerivatives,
     tangent: &Tangent,
     linear: &Linearization,
     a: &DMatrix<f64>,
@@ -104,8 +104,8 @@ fn motions(
 ) -> [LinearDeviation; 3] {
     let (d, e) = (&tangent.positions, &tangent.velocities);
     let (n, c, f) = (d.nrows(), linear.coordinates.len(), linear.velocities.len());
-    let particular = tangent.particular(&(&read.velocity_by * d));
-    let [gamma_q, gamma_u] = &read.gamma_by;
+    let particular = tangent.particular(&(&derivatives.velocity_by * d));
+    let [gamma_q, gamma_u] = &derivatives.gamma_by;
     let (g, h) =
         (tangent.particular(&(gamma_u * e)), tangent.particular(&(gamma_q * d + gamma_u * &particular)));
     let none = DMatrix::zeros(n, b.ncols());
@@ -119,11 +119,11 @@ fn motions(
 /// δλ of the active rows, its unique part; the diagonal matrix of the row scales; and the projector on the
 /// directions in which λ is not unique.
 fn reactions(
-    read: &ModelDerivatives,
+    derivatives: &ModelDerivatives,
     [q, u, accelerations]: [&LinearDeviation; 3],
     forces: &DMatrix<f64>,
 ) -> (LinearDeviation, [DMatrix<f64>; 2]) {
-    let rows = read.jacobian.nrows();
+    let rows = derivatives.jacobian.nrows();
     if rows == 0 {
         let none = |of: &DMatrix<f64>| DMatrix::zeros(0, of.ncols());
         return (
@@ -132,16 +132,16 @@ fn reactions(
         );
     }
     // Rows are scaled to length 1, so that their units have no influence on the rank.
-    let length = |i: usize| match read.jacobian.row(i).norm() {
+    let length = |i: usize| match derivatives.jacobian.row(i).norm() {
         0.0 => 1.0,
         length => 1.0 / length,
     };
     let units = DMatrix::from_diagonal(&DVector::from_fn(rows, |i, _| length(i)));
-    let columns = read.jacobian.transpose() * &units;
+    let columns = derivatives.jacobian.transpose() * &units;
     let inverse = pseudo_inverse(&columns);
-    let [r_q, r_u] = &read.force_by;
-    let x = &units * &inverse * (&read.mass * &accelerations.x + r_u * &u.x + r_q * &q.x);
-    let w = &units * &inverse * (&read.mass * &accelerations.w - forces);
+    let [r_q, r_u] = &derivatives.force_by;
+    let x = &units * &inverse * (&derivatives.mass * &accelerations.x + r_u * &u.x + r_q * &q.x);
+    let w = &units * &inverse * (&derivatives.mass * &accelerations.w - forces);
     let nonunique = &units * (DMatrix::identity(rows, rows) - inverse * columns);
     (LinearDeviation { x, w }, [units, nonunique])
 }
@@ -157,9 +157,9 @@ fn pseudo_inverse(m: &DMatrix<f64>) -> DMatrix<f64> {
 pub(super) fn corners<M: Constraints + Outputs>(
     model: &M,
     state: &M::State,
-    read: &ModelDerivatives,
+    derivatives: &ModelDerivatives,
 ) -> Vec<(usize, SignalUnavailable)> {
-    let corners = Arguments::<M>::of(state, read).corners(model).into_iter().enumerate();
+    let corners = Arguments::<M>::of(state, derivatives).corners(model).into_iter().enumerate();
     corners.filter(|(_, is_corner)| *is_corner).map(|(i, _)| (i, SignalUnavailable::Corner)).collect()
 }
 
@@ -168,12 +168,12 @@ pub(super) fn corners<M: Constraints + Outputs>(
 fn declared<M: Constraints + Outputs>(
     model: &M,
     state: &M::State,
-    read: &ModelDerivatives,
+    derivatives: &ModelDerivatives,
     [q, u, accelerations]: [&LinearDeviation; 3],
     (lambda, [units, nonunique]): &(LinearDeviation, [DMatrix<f64>; 2]),
 ) -> Result<(LinearDeviation, Vec<(usize, SignalUnavailable)>), VibrationError> {
     let (y, n) = (M::OUTPUTS.len(), M::Vector::LEN);
-    let at = Arguments::<M>::of(state, read);
+    let at = Arguments::<M>::of(state, derivatives);
     let by = at.derivatives(model).ok_or(VibrationError::NoOutputDerivatives)?;
     let active: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
     let by_lambda = by[3].select_columns(&active);
@@ -204,10 +204,10 @@ struct Arguments<M: Constraints> {
 }
 
 impl<M: Constraints + Outputs> Arguments<M> {
-    fn of(state: &M::State, read: &ModelDerivatives) -> Self {
+    fn of(state: &M::State, derivatives: &ModelDerivatives) -> Self {
         let (mut accelerations, mut multipliers) = (M::Vector::zeros(), M::Rows::zeros());
-        accelerations.as_mut_slice().copy_from_slice(read.accelerations.as_slice());
-        multipliers.as_mut_slice().copy_from_slice(read.multipliers.as_slice());
+        accelerations.as_mut_slice().copy_from_slice(derivatives.accelerations.as_slice());
+        multipliers.as_mut_slice().copy_from_slice(derivatives.multipliers.as_slice());
         Self { state: *state, accelerations, multipliers }
     }
 

@@ -176,20 +176,20 @@ pub(crate) fn of_model<M: Constraints + Outputs>(
     if let Some(reason) = &linear.unsteady {
         return Err(reason.clone().into());
     }
-    let read = ModelDerivatives::of(model, state)?;
+    let derivatives = ModelDerivatives::of(model, state)?;
     let indices = |named: &[Quantity]| -> Vec<usize> {
         named.iter().filter_map(|q| M::COORDINATES.iter().position(|c| c.name == q.name)).collect()
     };
     let independent = [indices(&linear.coordinates), indices(&linear.velocities)];
     let tangent = Tangent::new(
-        &read.jacobian,
-        read.holonomic,
-        &read.mass,
+        &derivatives.jacobian,
+        derivatives.holonomic,
+        &derivatives.mass,
         [independent[0].as_slice(), independent[1].as_slice()],
     );
     // The matrices, then the signals whose rows or columns are not usable: with a corner, or time-dependent.
-    let (mut now, mut unavailable) = equations(model, state, &read, &tangent, &linear)?;
-    for (i, why) in corners(model, state, &read) {
+    let (mut now, mut unavailable) = equations(model, state, &derivatives, &tangent, &linear)?;
+    for (i, why) in corners(model, state, &derivatives) {
         if unavailable.iter().all(|(row, _)| *row != i) {
             unavailable.push((i, why));
         }

@@ -32,9 +32,10 @@ pub(super) fn varying<M: Constraints + Outputs>(
     let fastest = state.u().as_slice().iter().fold(1.0, |most: f64, u| most.max(u.abs()));
     let [mut outputs, mut inputs] = [Vec::new(), Vec::new()];
     for part in COMPARISON_TIMES {
-        let (state, read, tangent) =
+        let (state, derivatives, tangent) =
             state_after(model, state, tangent, part / fastest).ok_or(LinearizeError::Ends)?;
-        let (then, _) = equations(model, &state, &read, &tangent, &assemble::<M>(&read, &tangent))?;
+        let (then, _) =
+            equations(model, &state, &derivatives, &tangent, &assemble::<M>(&derivatives, &tangent))?;
         let [of_a, of_c] = [changed(&now.a, &then.a), changed(&now.c, &then.c)];
         let mut a = now.a.clone();
         drop_rounding(&mut a);

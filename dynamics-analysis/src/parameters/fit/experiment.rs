@@ -119,14 +119,14 @@ impl<'a, M: Simulate + Parameters + Clone> Experiment<'a, M> {
         times.sort_by(f64::total_cmp);
         times.dedup();
         let (end, absolute) = (self.end, self.absolute_tolerance);
-        let asked =
+        let request =
             SensitivityRequest { variables: &variables, end, tolerance, absolute, times: Some(&times) };
         let options = self.options.map(|options| options as &dyn Fn(_) -> _);
         let mut by = DMatrix::zeros(if jacobian { self.count() } else { 0 }, unknowns.len());
         if !jacobian || own.is_empty() {
-            return Ok((data::residuals(&self.series, &asked.motion(&model, start, options)?)?, by));
+            return Ok((data::residuals(&self.series, &request.motion(&model, start, options)?)?, by));
         }
-        let found = asked.run(&model, start, options)?;
+        let found = request.run(&model, start, options)?;
         let by_own = data::jacobian(&self.series, &found)?;
         own.iter().enumerate().for_each(|(k, i)| by.set_column(*i, &by_own.column(k)));
         Ok((data::residuals(&self.series, &found.motion)?, by))

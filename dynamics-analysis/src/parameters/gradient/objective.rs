@@ -161,8 +161,8 @@ impl WeightedSum {
         let mut values = alloc::vec![0.0; M::OUTPUTS.len()];
         model.outputs(state, &mut values).map_err(|error| not_solved::<M>(state, error))?;
         // Outputs without a weight need not be finite.
-        let asked = values.iter().zip(self.outputs.iter()).filter(|(_, weight)| **weight != 0.0);
-        let value: f64 = asked.map(|(x, weight)| x * weight).sum();
+        let weighted = values.iter().zip(self.outputs.iter()).filter(|(_, weight)| **weight != 0.0);
+        let value: f64 = weighted.map(|(x, weight)| x * weight).sum();
         if value.is_finite() { Ok(value) } else { Err(SensitivityError::NotFinite { time: state.t() }) }
     }
 
@@ -237,13 +237,13 @@ impl WeightedSum {
         if !motion.model().output_variations(state, &solved.accelerations, &solved.multipliers, &mut values) {
             return None;
         }
-        let asked: Vec<usize> = (0..y).filter(|i| self.outputs[*i] != 0.0).collect();
+        let weighted: Vec<usize> = (0..y).filter(|i| self.outputs[*i] != 0.0).collect();
         let mut rest = values.as_slice();
         let [by_q, by_u, by_accelerations, by_lambda, by_inputs] = [n, n, n, r, w].map(|columns| {
             let (matrix, after) = rest.split_at(y * columns);
             rest = after;
             let weighed =
-                |j: usize| asked.iter().map(|i| self.outputs[*i] * matrix[i * columns + j]).sum::<f64>();
+                |j: usize| weighted.iter().map(|i| self.outputs[*i] * matrix[i * columns + j]).sum::<f64>();
             DVector::from_fn(columns, |j, _| weighed(j))
         });
         let follows = motion.has_law() && by_inputs.iter().any(|x| *x != 0.0);

@@ -40,8 +40,8 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> VariationalEquations<'a, 'm, M> {
     /// At a state of the motion.
     pub(in super::super) fn of(&mut self, state: &M::State) -> Result<AtNode, SensitivityError> {
         let (n, model) = (M::Vector::LEN, self.motion.model());
-        let asked: Vec<usize> = self.parameters.iter().flatten().copied().collect();
-        let mut found = coefficients(model, self.motion.constants(), state, &asked)?;
+        let parameters: Vec<usize> = self.parameters.iter().flatten().copied().collect();
+        let mut found = coefficients(model, self.motion.constants(), state, &parameters)?;
         self.exact &= found.exact;
         if self.motion.has_law() {
             self.add_law(state, &mut found.by_q, &mut found.by_u)?;

@@ -8,13 +8,13 @@ use super::{Exponent, ExponentSign, LyapunovExponents};
 
 impl fmt::Display for Exponent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let said = match self.sign {
+        let meaning = match self.sign {
             ExponentSign::Positive => "neighbours part",
             ExponentSign::Zero => "0 for a reason",
             ExponentSign::Negative => "neighbours come together",
             ExponentSign::Undecided => "sign not decided",
         };
-        write!(f, "{:>11.6} ± {:.6} 1/s: {said}", self.value, self.uncertainty)
+        write!(f, "{:>11.6} ± {:.6} 1/s: {meaning}", self.value, self.uncertainty)
     }
 }
 

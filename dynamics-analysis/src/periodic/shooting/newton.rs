@@ -152,7 +152,7 @@ impl<S> Shots<S> {
 
 struct ShootingProblem<'a, 'm, M: Simulate> {
     flow: Flow<'m, M>,
-    asked: &'a ShootingOptions<'a>,
+    options: &'a ShootingOptions<'a>,
     holds: Vec<Hold>,
     sizes: DVector<f64>,
     autonomous: bool,
@@ -173,9 +173,9 @@ pub(super) fn search<M: Simulate>(
     model: &M,
     guesses: &[M::State],
     period: f64,
-    asked: &ShootingOptions<'_>,
+    options: &ShootingOptions<'_>,
 ) -> Result<ShootingSolution<M::State>, PeriodicError> {
-    let (mut problem, nodes) = ShootingProblem::new(model, guesses, period, asked)?;
+    let (mut problem, nodes) = ShootingProblem::new(model, guesses, period, options)?;
     let of_coordinate = problem.holds.iter().any(|hold| matches!(hold, Hold::Coordinate(..)));
     let may_be_isolated = problem.autonomous && problem.conserved.is_empty() && of_coordinate;
     match problem.search(nodes.clone(), period) {
@@ -227,33 +227,33 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
         model: &'m M,
         guesses: &[M::State],
         period: f64,
-        asked: &'a ShootingOptions<'a>,
+        options: &'a ShootingOptions<'a>,
     ) -> Result<(Self, Vec<M::State>), PeriodicError> {
-        let mut flow = Flow::new(model, asked.tolerance, asked.most_steps)?;
-        let nodes = nodes(&mut flow, guesses, period, asked.segments)?;
+        let mut flow = Flow::new(model, options.tolerance, options.most_steps)?;
+        let nodes = nodes(&mut flow, guesses, period, options.segments)?;
         let mut passed = Vec::new();
         let none = DMatrix::zeros(2 * M::Vector::LEN, 0);
         for node in &nodes {
             passed.push(*node);
-            flow.integrate(node, &none, node.t() + period / asked.segments as f64, &mut |state| {
+            flow.integrate(node, &none, node.t() + period / options.segments as f64, &mut |state| {
                 passed.push(*state)
             })?;
         }
         let sizes = sizes::<M>(&passed, period);
-        let autonomous = is_autonomous(&mut flow, &passed, period, asked.advance)?;
-        let free = autonomous && !asked.hold_period;
+        let autonomous = is_autonomous(&mut flow, &passed, period, options.advance)?;
+        let free = autonomous && !options.hold_period;
         // If no member of a family was chosen, one is found with the energy of the guess. The error then
         // shows it.
         let conserved = Conserved::along(model, &passed, autonomous).quantities;
         let conserved: Vec<_> = conserved.iter().map(|of| of.name).collect();
-        let is_family = free && asked.holds.is_empty() && !conserved.is_empty();
-        let mut holds = asked.holds.to_vec();
+        let is_family = free && options.holds.is_empty() && !conserved.is_empty();
+        let mut holds = options.holds.to_vec();
         holds.extend(is_family.then(|| Hold::Energy(model.energy_function(&nodes[0]))));
         let reach = reach(&passed, &sizes);
         let no_phase_condition = false;
         let problem = Self {
             flow,
-            asked,
+            options,
             holds,
             sizes,
             autonomous,
@@ -277,14 +277,14 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
         let mut correction = f64::INFINITY;
         let mut iteration = 0;
         loop {
-            let Some(solved) = shots.solve(self.asked.tolerance) else {
+            let Some(solved) = shots.solve(self.options.tolerance) else {
                 return Err(self.not_found(&shots, iteration, because));
             };
             let (size, worst) = (solved.step.amax(), shots.worst());
             // Converged: the step is small, or it no longer decreases near the error of integration.
             let settled = size <= CONVERGED_STEP
                 || correction <= STALLED_STEP && size >= STALLED_STEP_RATIO * correction;
-            let next = if settled && worst <= MAX_CLOSURE_ERROR || iteration == self.asked.most_iterations {
+            let next = if settled && worst <= MAX_CLOSURE_ERROR || iteration == self.options.most_iterations {
                 None
             } else {
                 self.descend(&shots, &solved.step, &mut because)
@@ -322,7 +322,7 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
             let (misses, rows) = &shots.conditions;
             let given = rows.nrows() - 1;
             shots.conditions = (misses.rows(0, given).into_owned(), rows.rows(0, given).into_owned());
-            solved = shots.solve(self.asked.tolerance).unwrap_or(solved);
+            solved = shots.solve(self.options.tolerance).unwrap_or(solved);
         }
         if !self.is_family && solved.least > solved.floor {
             return Ok(solved);
@@ -341,11 +341,11 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
 
     /// Conditions that could choose one of a family of closed motions and are not set yet.
     fn remedies(&self, coordinate: &str) -> Vec<String> {
-        let holds_energy = self.asked.holds.iter().any(|hold| matches!(hold, Hold::Energy(_)));
-        let holds_coordinate = self.asked.holds.iter().any(|hold| matches!(hold, Hold::Coordinate(..)));
+        let holds_energy = self.options.holds.iter().any(|hold| matches!(hold, Hold::Energy(_)));
+        let holds_coordinate = self.options.holds.iter().any(|hold| matches!(hold, Hold::Coordinate(..)));
         let energy = (!holds_energy && !self.conserved.is_empty()).then(|| String::from(".hold_energy(..)"));
         let coordinate = (!holds_coordinate).then(|| alloc::format!(".hold(\"{coordinate}\", ..)"));
-        let period = (!self.asked.hold_period && self.autonomous).then(|| String::from(".hold_period()"));
+        let period = (!self.options.hold_period && self.autonomous).then(|| String::from(".hold_period()"));
         energy.into_iter().chain(coordinate).chain(period).collect()
     }
 
@@ -367,7 +367,7 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
             let arrived =
                 self.flow.integrate(&nodes[k], &frames[k].basis, until, &mut |state| passed.push(*state))?;
             let wanted = stacked(&nodes[next])
-                + if next == 0 { self.asked.advance.clone() } else { self.asked.advance * 0.0 };
+                + if next == 0 { self.options.advance.clone() } else { self.options.advance * 0.0 };
             let (here, there) = (frames[k].rows(), frames[next].rows());
             let off = stacked(&arrived.state) - wanted;
             let part = frames[next].read(&arrived.tangents);
