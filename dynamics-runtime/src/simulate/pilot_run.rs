@@ -184,14 +184,14 @@ fn rounding_of_accelerations<M: Constraints>(rhs: &mut RightHandSide<'_, '_, M>,
     let Ok(a) = rhs.accelerations(t, q, u) else { return f64::INFINITY };
     let mut largest = 0.0f64;
     for sign in [-1.0, 1.0] {
-        let mut moved = (*q, *u);
+        let mut displaced = (*q, *u);
         for i in 0..M::Vector::LEN {
             // Neighbours move to opposite sides, so that differences of coordinates change, too.
-            let by = if i % 2 == 0 { sign } else { -sign } * f64::EPSILON;
-            moved.0[i] += by * q[i];
-            moved.1[i] += by * u[i];
+            let factor = if i % 2 == 0 { sign } else { -sign } * f64::EPSILON;
+            displaced.0[i] += factor * q[i];
+            displaced.1[i] += factor * u[i];
         }
-        let Ok(b) = rhs.accelerations(t, &moved.0, &moved.1) else { return f64::INFINITY };
+        let Ok(b) = rhs.accelerations(t, &displaced.0, &displaced.1) else { return f64::INFINITY };
         largest = (0..M::Vector::LEN).fold(largest, |largest, i| largest.max((a[i] - b[i]).abs()));
     }
     largest

@@ -348,22 +348,22 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         let n = M::Vector::LEN;
         let here = self.accelerations_of(state)?;
         for j in 0..2 * n {
-            let mut moved = M::State::new(state.t(), *state.q(), *state.u(), self.held_inputs);
-            *moved.modes_mut() = self.modes;
+            let mut displaced = M::State::new(state.t(), *state.q(), *state.u(), self.held_inputs);
+            *displaced.modes_mut() = self.modes;
             let (elements, matrix) = match j < n {
-                true => (moved.q_mut(), &mut *by_q),
-                false => (moved.u_mut(), &mut *by_u),
+                true => (displaced.q_mut(), &mut *by_q),
+                false => (displaced.u_mut(), &mut *by_u),
             };
-            let by = increment(elements[j % n], max_abs(elements.as_slice()));
-            elements[j % n] += by;
-            let inputs = *with_inputs::<M>(self.law, moved).inputs();
+            let step = increment(elements[j % n], max_abs(elements.as_slice()));
+            elements[j % n] += step;
+            let inputs = *with_inputs::<M>(self.law, displaced).inputs();
             if inputs == *state.inputs() {
                 continue;
             }
             let mut other = *state;
             *other.inputs_mut() = inputs;
             let there = self.accelerations_of(&other)?;
-            (0..n).for_each(|i| matrix[i * n + j % n] += (there[i] - here[i]) / by);
+            (0..n).for_each(|i| matrix[i * n + j % n] += (there[i] - here[i]) / step);
         }
         Ok(())
     }
@@ -414,22 +414,22 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         };
         let noise = self.move_on_held_branches(&mut state, project).map_err(EvaluationError::Solve)?;
         let projected = Phase { q: *state.q(), u: *state.u() };
-        let moved = zip(&projected, y, |to, from| to - from);
-        let by = tolerances.norm(&moved, y, &projected);
-        self.stabilization.latest_move = Some(by);
-        let mut violation = by;
-        if by > MAX_UNINSPECTED_MOVE {
+        let change = zip(&projected, y, |to, from| to - from);
+        let size = tolerances.norm(&change, y, &projected);
+        self.stabilization.latest_move = Some(size);
+        let mut violation = size;
+        if size > MAX_UNINSPECTED_MOVE {
             // Near a singular position a small violation causes a large move along the direction that the
             // constraints lose. The error of the step is then the violation.
             let before = self.on_branches(&before);
             violation = self
                 .stabilization
                 .violation(self.model, &before, tolerances)
-                .max(by / MAX_MOVE_PER_VIOLATION)
-                .min(by);
+                .max(size / MAX_MOVE_PER_VIOLATION)
+                .min(size);
         }
         *y = projected;
         let permitted = tolerances.absolute + tolerances.relative * max_abs(projected.u.as_slice());
-        Ok(ProjectedEnd { by, violation, noise: noise / permitted })
+        Ok(ProjectedEnd { by: size, violation, noise: noise / permitted })
     }
 }

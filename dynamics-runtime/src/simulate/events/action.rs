@@ -289,9 +289,9 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
     /// The state later by a part of 1 + |t|, or earlier if that is negative. It holds no branches.
     fn state_beside(&self, part: f64) -> M::State {
         let (t, mut q, u) = (self.state.t(), *self.state.q(), *self.state.u());
-        let by = part * (1.0 + t.abs());
-        (0..M::Vector::LEN).for_each(|i| q[i] += by * u[i]);
-        let mut displaced = M::State::new(t + by, q, u, *self.state.inputs());
+        let shift = part * (1.0 + t.abs());
+        (0..M::Vector::LEN).for_each(|i| q[i] += shift * u[i]);
+        let mut displaced = M::State::new(t + shift, q, u, *self.state.inputs());
         *displaced.modes_mut() = self.state.modes();
         displaced
     }

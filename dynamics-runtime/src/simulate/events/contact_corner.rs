@@ -54,14 +54,14 @@ pub(crate) fn rests_in<M: SimulationModel>(
                 return None;
             }
             let mut there = *now;
-            let by = PROBE_DISPLACEMENT * (1.0 + max_abs(now.q().as_slice())) / largest;
-            (0..M::Vector::LEN).for_each(|j| there.q_mut()[j] += by * a[j]);
+            let factor = PROBE_DISPLACEMENT * (1.0 + max_abs(now.q().as_slice())) / largest;
+            (0..M::Vector::LEN).for_each(|j| there.q_mut()[j] += factor * a[j]);
             Some(kinks_of(model, &there)[kink].value)
         };
-        let near = kink_resolution(now);
+        let zero = kink_resolution(now);
         match (value_after(false)?, value_after(true)?) {
-            (above, below) if above < -near && below > near => Some(false),
-            (above, below) if above > near && below < -near => Some(true),
+            (above, below) if above < -zero && below > zero => Some(false),
+            (above, below) if above > zero && below < -zero => Some(true),
             _ => None,
         }
     };
@@ -88,9 +88,9 @@ fn undecided_kinks<M: SimulationModel>(
     now: &M::State,
     later: &M::State,
 ) -> impl Iterator<Item = usize> + use<M> {
-    let (near, kinks) = (kink_resolution(now), [now, later].map(|state| kinks_of(model, state)));
+    let (zero, kinks) = (kink_resolution(now), [now, later].map(|state| kinks_of(model, state)));
     (0..M::KINKS)
-        .filter(move |i| kinks.iter().all(|kinks| kinks[*i].decides && kinks[*i].value.abs() <= near))
+        .filter(move |i| kinks.iter().all(|kinks| kinks[*i].decides && kinks[*i].value.abs() <= zero))
 }
 
 /// The state, evaluated on one side of a kink.

@@ -90,8 +90,8 @@ impl<M: SimulationModel> EventFunctions<'_, M> {
 fn project_out<'g>(vector: &mut [f64], others: impl Iterator<Item = &'g [f64]>) {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     let take = |from: &mut [f64], unit: &[f64]| {
-        let along = dot(from, unit);
-        from.iter_mut().zip(unit).for_each(|(x, e)| *x -= along * e);
+        let component = dot(from, unit);
+        from.iter_mut().zip(unit).for_each(|(x, e)| *x -= component * e);
     };
     for other in others {
         let mut unit = other.to_vec();

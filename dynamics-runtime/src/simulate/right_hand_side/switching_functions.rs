@@ -85,13 +85,13 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
 
     /// The branches just after the start of a step.
     pub(crate) fn branches_after(&self, start: &StepNode<M::Vector>, h: f64) -> Branches {
-        let by = h * first_lookup(start.t, h);
+        let shift = h * first_lookup(start.t, h);
         let (mut q, mut u) = (start.y.q, start.y.u);
         for i in 0..M::Vector::LEN {
-            q[i] += by * start.y.u[i];
-            u[i] += by * start.a[i];
+            q[i] += shift * start.y.u[i];
+            u[i] += shift * start.a[i];
         }
-        self.branches_at(&self.state(start.t + by, &q, &u))
+        self.branches_at(&self.state(start.t + shift, &q, &u))
     }
 
     /// The nearest state ahead (`direction` 1) or back (−1) along the velocities that lies on the branches
@@ -103,15 +103,15 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         direction: f64,
     ) -> Option<(M::State, f64)> {
         let size = 1.0 + state.t().abs();
-        let mut by = f64::EPSILON * state.t().abs().max(f64::EPSILON);
-        while by <= MAX_SHIFT * size {
+        let mut shift = f64::EPSILON * state.t().abs().max(f64::EPSILON);
+        while shift <= MAX_SHIFT * size {
             let mut q = *state.q();
-            (0..M::Vector::LEN).for_each(|i| q[i] += direction * by * state.u()[i]);
-            let shifted = self.state(state.t() + direction * by, &q, state.u());
+            (0..M::Vector::LEN).for_each(|i| q[i] += direction * shift * state.u()[i]);
+            let shifted = self.state(state.t() + direction * shift, &q, state.u());
             if self.is_on_branches(&shifted, to) {
-                return Some((shifted, by));
+                return Some((shifted, shift));
             }
-            by *= 2.0;
+            shift *= 2.0;
         }
         None
     }

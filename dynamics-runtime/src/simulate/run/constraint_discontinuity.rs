@@ -123,15 +123,15 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
         if corner_expected {
             self.stepper.end_at_branch(None);
         }
-        let made = self.stepper.step(&mut self.plan.rhs, self.plan.end).map_err(RunFailure::of_step::<M>);
-        let meets = match &made {
+        let attempt = self.stepper.step(&mut self.plan.rhs, self.plan.end).map_err(RunFailure::of_step::<M>);
+        let meets = match &attempt {
             Ok(step) if !corner_expected => self.meets_corner(&start, &step.end),
             _ => false,
         };
         if !meets {
-            return made;
+            return attempt;
         }
-        self.stepper.end_at_branch(made.as_ref().ok());
+        self.stepper.end_at_branch(attempt.as_ref().ok());
         self.stepper.step(&mut self.plan.rhs, self.plan.end).map_err(RunFailure::of_step::<M>)
     }
 

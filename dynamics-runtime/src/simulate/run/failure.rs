@@ -49,12 +49,12 @@ impl RunFailure {
         at: &M::State,
         method: Method,
     ) -> Self {
-        let way = RunMethod::of(method, &plan.options, plan.rhs.stabilization.formulation);
+        let run_method = RunMethod::of(method, &plan.options, plan.rhs.stabilization.formulation);
         // A failed evaluation has no step size: take the fixed one.
         let direction = if plan.end < at.t() { -1.0 } else { 1.0 };
         let fixed = || plan.options.fixed.map_or(0.0, |fixed| direction * fixed.abs());
         let h = if self.h == 0.0 { fixed() } else { self.h };
-        Self { kind: diagnosis::explain(plan.rhs.model, &plan.start, at, (self.kind, h), way), h }
+        Self { kind: diagnosis::explain(plan.rhs.model, &plan.start, at, (self.kind, h), run_method), h }
     }
 }
 

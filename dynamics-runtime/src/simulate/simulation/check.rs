@@ -118,8 +118,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             let Some(value) = value else { continue };
             check_number(option, value, value > resolution && value.is_finite(), length)?;
         }
-        let most = self.most.unwrap_or(f64::INFINITY);
-        check_number("max_step", most, most > resolution, length)?;
+        let longest = self.most.unwrap_or(f64::INFINITY);
+        check_number("max_step", longest, longest > resolution, length)?;
         check_number("max_steps", self.max_steps as f64, self.max_steps > 0, "at least 1")?;
         if self.fixed.is_some() {
             let given = [("first_step", self.first.is_some()), ("max_step", self.most.is_some())];
@@ -128,7 +128,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
                 return Err(OptionError::FixedStepExcludes { option });
             }
         }
-        Ok(StepOptions { tolerances, fixed: self.fixed, first: self.first, most })
+        Ok(StepOptions { tolerances, fixed: self.fixed, first: self.first, most: longest })
     }
 
     fn choose_method(&self, tolerances: &Tolerances) -> Result<(SharedMethod<M>, String), OptionError> {

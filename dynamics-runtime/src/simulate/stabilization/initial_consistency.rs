@@ -77,14 +77,14 @@ impl<M: Constraints> Stabilization<M> {
                 [0.0; 2]
             };
             let [position, velocity] = distances(self, state, row);
-            let kept =
+            let is_permitted =
                 |(_, distance): (f64, f64), at: usize| distance <= sizes[at].max(2.0 * distances_before[at]);
             let (row, switched) = constrain::assemble::row_names::<M>(row);
-            if !kept(position, 0) {
+            if !is_permitted(position, 0) {
                 let (residual, distance) = position;
                 return Err(StateError::ConstraintViolated { row, residual, distance, switched });
             }
-            if !kept(velocity, 1) {
+            if !is_permitted(velocity, 1) {
                 let (residual, distance) = velocity;
                 return Err(StateError::VelocityViolated { row, residual, distance, switched });
             }

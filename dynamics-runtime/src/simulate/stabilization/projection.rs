@@ -96,10 +96,10 @@ impl<M: Constraints> Stabilization<M> {
         }
         let mean = *self.mean_sensitivity.get_or_insert(sensitivity);
         let permitted = tolerances.absolute + tolerances.relative * max_abs(projected.u().as_slice());
-        let moved =
+        let velocity_changes =
             projected.u().as_slice().iter().zip(state.u().as_slice()).map(|(to, from)| (to - from).abs());
         let noise = projection_noise(&projected, sensitivity, mean);
-        if noise <= moved.fold(permitted, math::max) {
+        if noise <= velocity_changes.fold(permitted, math::max) {
             *state = projected;
         }
         noise <= permitted

@@ -87,7 +87,7 @@ const AT_REST_GRADIENT: f64 = 1e-6;
 /// Speed, in parts of the largest one met, below which a motion that is in the place comes to rest there.
 const AT_REST_SPEED: f64 = 1e-2;
 
-/// Branches of a constraint that touch on the way of a motion.
+/// Branches of a constraint that touch on the path of a motion.
 struct BranchContact<V> {
     rows: TopContributors,
     /// Time of the contact.
@@ -309,12 +309,13 @@ impl<M: Constraints> BranchIdentification<M> {
                 && after.is_none_or(|x| x >= at(*i))
                 && at(*i) < (1.0 - MIN_RISE) * neighbour
         };
-        let most = self.largest.0.of(degenerate);
+        let longest = self.largest.0.of(degenerate);
         let candidates = [n.checked_sub(2), if last { n.checked_sub(1) } else { None }];
         // A gradient that decreases up to the end vanishes only if the motion comes to rest.
-        let stops = at(n - 1) <= AT_REST_GRADIENT * most && self.is_slow(&self.nodes[n - 1].node);
+        let stops = at(n - 1) <= AT_REST_GRADIENT * longest && self.is_slow(&self.nodes[n - 1].node);
         let here = if stops { Some(n - 1) } else { None };
-        let may_vanish = |i: &usize| degenerate != DegenerateRows::All || at(*i) <= MAX_SUSPECT_LENGTH * most;
+        let may_vanish =
+            |i: &usize| degenerate != DegenerateRows::All || at(*i) <= MAX_SUSPECT_LENGTH * longest;
         candidates.into_iter().flatten().find(least).or(here).filter(may_vanish)
     }
 

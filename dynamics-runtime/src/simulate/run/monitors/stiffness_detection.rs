@@ -135,22 +135,23 @@ impl<M: SimulationModel> StiffnessDetection<M> {
             return false;
         }
         let statistics = run.stepper.statistics();
-        let usual = self.usual_step(&statistics);
+        let mean_step = self.mean_step_since_trial(&statistics);
         // The option `max_step` bounds the steps, not stability.
-        if usual > 0.5 * run.plan.options.most {
+        if mean_step > 0.5 * run.plan.options.most {
             return false;
         }
-        let (usual, time_left) = (worthwhile_factor(M::Vector::LEN) * usual, run.plan.end - statistics.t);
+        let (trial_step, time_left) =
+            (worthwhile_factor(M::Vector::LEN) * mean_step, run.plan.end - statistics.t);
         LENGTHS_IN_TURN.iter().any(|factor| {
             LENGTHS_FROM_ONE_PLACE.iter().all(|part| {
-                let h = factor * part * usual;
+                let h = factor * part * trial_step;
                 h <= time_left.abs() && self.trial_passes(run, h.copysign(time_left))
             })
         })
     }
 
     /// Mean length of the steps since the last trial, or the proposed length if that is larger.
-    fn usual_step(&self, statistics: &StepStatistics) -> f64 {
+    fn mean_step_since_trial(&self, statistics: &StepStatistics) -> f64 {
         let steps = (statistics.accepted - self.accepted_at_trial).max(1);
         let mean = (statistics.t - self.trial_time).abs() / steps as f64;
         mean.max(statistics.proposed)
@@ -166,13 +167,13 @@ impl<M: SimulationModel> StiffnessDetection<M> {
         is_tight: bool,
     ) -> bool {
         let time_left = run.plan.end - statistics.t;
-        let usual = self.usual_step(statistics);
+        let mean_step = self.mean_step_since_trial(statistics);
         (self.accepted_at_trial, self.trial_time) = (statistics.accepted, statistics.t);
         // The option `max_step` bounds the steps, or the motion ends soon.
-        if usual > 0.5 * run.plan.options.most || time_left.abs() < TRIAL_INTERVAL.0 as f64 * usual {
+        if mean_step > 0.5 * run.plan.options.most || time_left.abs() < TRIAL_INTERVAL.0 as f64 * mean_step {
             return false;
         }
-        let h = worthwhile_factor(M::Vector::LEN) * usual;
+        let h = worthwhile_factor(M::Vector::LEN) * mean_step;
         let h = if is_tight { LENGTHS_IN_TURN[self.next_length % LENGTHS_IN_TURN.len()] * h } else { h };
         let passes = h <= time_left.abs() && self.trial_passes(run, h.copysign(time_left));
         // A length that has passed is tried again.

@@ -113,10 +113,11 @@ impl<M: Constraints> DegenerateRowSet<M> {
         self.weights = weights(model, start, &mut self.workspace);
         let gradients = Gradients::alone(model, start, &mut self.workspace);
         for row in 0..M::Residual::LEN {
-            let usual = length(gradients.row(row), self.weights.as_slice());
+            let start_length = length(gradients.row(row), self.weights.as_slice());
             // Irregular shares, so that no likely combination w has wᵀr = 0.
             let share = 1.5 + math::sin(1.0 + 2.4 * row as f64);
-            self.right[row] = share * if usual > 0.0 && usual.is_finite() { usual } else { 1.0 };
+            self.right[row] =
+                share * if start_length > 0.0 && start_length.is_finite() { start_length } else { 1.0 };
         }
     }
 
@@ -194,17 +195,17 @@ impl<M: Constraints> DegenerateRowSet<M> {
         degenerate: DegenerateRows,
         distance: f64,
     ) -> bool {
-        let mut along = *place.u();
-        (0..M::Vector::LEN).for_each(|i| along[i] *= self.weights[i]);
-        let speed = norm(along.as_slice());
+        let mut tangent = *place.u();
+        (0..M::Vector::LEN).for_each(|i| tangent[i] *= self.weights[i]);
+        let speed = norm(tangent.as_slice());
         if !(speed > 0.0 && speed.is_finite()) {
             return false;
         }
-        along.as_mut_slice().iter_mut().for_each(|x| *x /= speed);
+        tangent.as_mut_slice().iter_mut().for_each(|x| *x /= speed);
         // The length of the gradient at a displacement along the motion and along one of the coordinates.
         let mut at = |forward: f64, (axis, other): (usize, f64)| {
             let mut state = *place;
-            (0..M::Vector::LEN).for_each(|i| state.q_mut()[i] += forward * along[i] / self.weights[i]);
+            (0..M::Vector::LEN).for_each(|i| state.q_mut()[i] += forward * tangent[i] / self.weights[i]);
             state.q_mut()[axis] += other / self.weights[axis];
             norm(self.gradient(model, constants, &state, degenerate).as_slice())
         };

@@ -122,9 +122,13 @@ impl<'p, 'r, 'm, M: Constraints> BranchPath<'p, 'r, 'm, M> {
         let t = self.time(side, distance);
         let beyond = |node: &&StepNode<M::Vector>| (node.t - t) * self.direction * side >= 0.0;
         let ends = if side < 0.0 { &self.path_nodes[0] } else { &self.path_nodes[self.path_nodes.len() - 1] };
-        let near = |node: &&StepNode<M::Vector>| (node.t - t).abs();
-        let from =
-            self.path_nodes.iter().filter(beyond).min_by(|a, b| near(a).total_cmp(&near(b))).unwrap_or(ends);
+        let time_to = |node: &&StepNode<M::Vector>| (node.t - t).abs();
+        let from = self
+            .path_nodes
+            .iter()
+            .filter(beyond)
+            .min_by(|a, b| time_to(a).total_cmp(&time_to(b)))
+            .unwrap_or(ends);
         let steps = (t - from.t).abs() / distance * STEPS_PER_DISTANCE;
         if steps.is_nan() || steps > MAX_STEPS {
             return None;
@@ -181,9 +185,10 @@ impl<'p, 'r, 'm, M: Constraints> BranchPath<'p, 'r, 'm, M> {
             let mut values: Vec<f64> = twice.map(|(_, y)| y.q[i]).collect();
             for order in 1..places.len() {
                 for k in (order..places.len()).rev() {
-                    let apart = places[k] - places[k - order];
+                    let difference = places[k] - places[k - order];
                     let slope = || rate * nodes[k / 2].1.u[i];
-                    values[k] = if apart == 0.0 { slope() } else { (values[k] - values[k - 1]) / apart };
+                    values[k] =
+                        if difference == 0.0 { slope() } else { (values[k] - values[k - 1]) / difference };
                 }
             }
             let (mut value, mut slope) = (0.0, 0.0);
