@@ -6,8 +6,8 @@
 //! or torque that the drive has to give, of the others the reactions. The result is a [`KinematicMotion`],
 //! which is a [`Motion`] (charts, tables, animations, `reaction_at("drive", t)`) with a summary of its own.
 //! States between the steps are solved too.
-//!
-//! Singular positions end the analysis with an error that says where, of what kind, and who takes part:
+//! Singular positions end the analysis with an error that names the time, the kind, the rows and the
+//! coordinates:
 //!
 //! * **lock-up**: a limit point, beyond which there is no position (a crank drives a rocker beyond its
 //!   reach);
@@ -37,9 +37,10 @@ use crate::math;
 use crate::model::{Constraints, Model, ModelState, Vector};
 use crate::simulate::{Motion, OptionError, Simulate};
 
-/// A step of the path is at most this part of the whole interval.
+/// Default of the longest step, in parts of the whole interval.
 const MAX_STEP_SHARE: f64 = 0.05;
-/// Singular values below this part of the largest count as zero where the freedom of the start is counted.
+/// Singular values below this part of the largest count as degrees of freedom at the start. Assembled
+/// positions leave zeros of about 10⁻¹⁰; larger values would take near-singular starts for free ones.
 const FREEDOM_TOLERANCE: f64 = 1e-9;
 const DEFAULT_MAX_STEPS: u64 = 1_000_000;
 
@@ -62,7 +63,7 @@ enum PathOutput {
     Intervals(u32),
 }
 
-/// What the options say once they are checked.
+/// The options after their checks.
 struct KinematicOptions {
     end: f64,
     longest: f64,
@@ -257,7 +258,7 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         let all = vec![true; M::Vector::LEN];
         let mut resting = self.guess;
         *resting.u_mut() = M::Vector::zeros();
-        // Positions first: whether velocities exist is another question.
+        // Positions first. Velocities need not exist in a singular position.
         let rows: Vec<usize> = constrain::active_set::active_rows::<M>(resting.modes(), true).collect();
         let placed = constrain::assemble::positions_of(self.model, resting, &none).map_err(Kind::Start)?;
         let scaling = PathScaling::from(self.model, &placed, rows);
@@ -278,7 +279,8 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         })
     }
 
-    /// Freedom is freedom beside the start too; a singular position is none there.
+    /// The error for a start without full rank. Degrees of freedom also exist at a nearby state; in a singular
+    /// position the rank is full there.
     fn not_driven(&self, scaling: &PathScaling, state: &M::State, svd: &JacobianSvd) -> Kind {
         let n = M::Vector::LEN;
         let mut beside = *state;
@@ -314,22 +316,22 @@ struct Path<'c, M: Constraints> {
     passes_bifurcations: bool,
     direction: f64,
     states: Vec<(M::State, M::Vector)>,
-    /// The last points, for locating what they lead to.
+    /// The last points, for locating singular positions.
     recent: Vec<PathPoint<M>>,
-    /// The largest of the smallest singular values met.
+    /// Largest value so far of the smallest singular value.
     largest_least: f64,
-    /// Below it the path is suspected to lead to a singular position.
+    /// The path is suspected to lead to a singular position where the smallest singular value is below this.
     suspect_below: f64,
     worst_condition: (f64, f64),
     passages: Vec<Passage>,
 }
 
-/// Power of the distance with which the smallest singular value falls, from which on branches touch and do
-/// not cross.
+/// Exponent with which the smallest singular value falls with the distance, from which on branches touch. It
+/// is 1 where branches cross and 2 where they touch.
 const TOUCHING_EXPONENT: f64 = 1.4;
-/// Distances from a bifurcation that are at least so far apart tell the power.
+/// Least ratio of two distances from a bifurcation from which the exponent is computed.
 const DISTANCE_RATIO: f64 = 1.5;
-/// So many points are kept for locating.
+/// Number of points that are kept for locating singular positions.
 const POINTS_KEPT: usize = 6;
 
 impl<'c, M: Constraints> Path<'c, M> {
@@ -372,7 +374,7 @@ impl<'c, M: Constraints> Path<'c, M> {
         if least > self.largest_least {
             self.largest_least = least;
         }
-        // Once σ is well above it again, the suspicion is over.
+        // The suspicion ends where σ is well above the bound again.
         if self.suspect_below == 0.0 || least > 10.0 * self.suspect_below {
             self.suspect_below = SUSPECT_RATIO * self.largest_least;
         }
@@ -387,6 +389,7 @@ impl<'c, M: Constraints> Path<'c, M> {
         PathStop { kind, state: self.last().state }
     }
 
+    /// Follows the path to the end, or to a singular position.
     fn follow(&mut self) -> Result<(), PathStop<M::State>> {
         let least = 16.0 * f64::EPSILON * self.end.abs().max(self.last().state.t().abs());
         let mut h = self.longest * 0.02;
@@ -420,17 +423,17 @@ impl<'c, M: Constraints> Path<'c, M> {
         }
     }
 
-    /// Where a singular position is suspected: locates it, and passes it or stops.
+    /// Locates a singular position where one is suspected, and passes it or stops.
     fn check_singularity(&mut self) -> Result<(), PathStop<M::State>> {
         if self.last().svd.least() >= self.suspect_below {
             return Ok(());
         }
         let Some(singular) = self.tracer.locate(&self.recent) else {
-            // Nearer, it may be clearer.
+            // Try again when it is nearer.
             self.suspect_below *= 0.1;
             return Ok(());
         };
-        // Beyond the end it is of no concern.
+        // Beyond the end it does not matter.
         if self.direction * (singular.state.t() - self.end) > 1e-12 * (1.0 + self.end.abs()) {
             return Ok(());
         }
@@ -442,7 +445,7 @@ impl<'c, M: Constraints> Path<'c, M> {
         if locks_up {
             return Err(PathStop { kind: Kind::LockUp { rows, coordinates }, state });
         }
-        // Closer to each other than any prediction where they touch.
+        // Branches that touch are closer to each other than any prediction.
         if self.branches_touch(&state) {
             return Err(PathStop { kind: Kind::BranchesTouch { rows, coordinates }, state });
         }
@@ -461,8 +464,8 @@ impl<'c, M: Constraints> Path<'c, M> {
         Ok(())
     }
 
-    /// Whether branches touch at a bifurcation: the smallest singular value falls with a higher power of the
-    /// distance than the first, as which it does where they cross.
+    /// Whether branches touch at a bifurcation: the smallest singular value then falls faster than in proportion
+    /// to the distance.
     fn branches_touch(&self, at: &M::State) -> bool {
         let distance = |point: &PathPoint<M>| (at.t() - point.state.t()).abs();
         let last = self.last();
@@ -475,8 +478,8 @@ impl<'c, M: Constraints> Path<'c, M> {
         })
     }
 
-    /// The point as far behind a bifurcation as the last one is before it, on the branch on which velocities
-    /// are continuous.
+    /// The point as far behind a bifurcation as the last one is before it, on the branch with continuous
+    /// velocities.
     fn pass_bifurcation(&mut self, at: &M::State) -> Option<PathPoint<M>> {
         let from = self.last().clone();
         let distance = at.t() - from.state.t();
@@ -497,8 +500,8 @@ impl<'c, M: Constraints> Path<'c, M> {
         (length(&turned) <= 0.01 * length(&predicted)).then_some(point)
     }
 
-    /// The path cannot be continued: a singular position if the last points say so, else what the last step
-    /// said.
+    /// The error where the path cannot be continued: a singular position if the last points lead to one,
+    /// otherwise the failure of the last step.
     fn explain_failure(&self, kind: Kind) -> PathStop<M::State> {
         match self.tracer.locate(&self.recent) {
             Some(SingularPoint { state, locks_up: true, rows, coordinates, .. }) => {

@@ -102,7 +102,7 @@ impl From<SolveError> for KinematicsErrorKind {
     }
 }
 
-/// What is missed by no more is fulfilled, and something else is the cause.
+/// A row with a smaller residual is fulfilled, so that its gradient must vanish.
 const FULFILLED_RESIDUAL: f64 = 1e-14;
 
 impl fmt::Display for KinematicsErrorKind {

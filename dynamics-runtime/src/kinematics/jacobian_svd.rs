@@ -1,5 +1,5 @@
-//! The constraint Jacobian at a point of the path, decomposed, and whether one without full rank lies between
-//! two points.
+//! Singular value decomposition of the constraint Jacobian at a point of the path, and a test that all
+//! Jacobians between two points have full rank.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -12,23 +12,23 @@ use crate::linalg::WorkMemory;
 use crate::math;
 use crate::model::{Constraints, ModelState, Terms, Vector};
 
-/// What does not change along the path: the rows that hold and the units in which coordinates are measured.
+/// Scales that do not change along the path: active rows and weights of the coordinates.
 pub(super) struct PathScaling {
-    /// Holonomic rows that hold.
+    /// Active holonomic rows.
     pub(super) rows: Vec<usize>,
     /// w: scaled coordinates are y = w q, w = √Mᵢᵢ at the start.
     pub(super) weights: Vec<f64>,
-    /// Norms of the rows at the start, for constraints of one row: scaled by itself such a row has length 1
-    /// up to the very place where it loses its gradient.
+    /// Norms of the rows at the start, for constraints of one row. Scaled by itself such a row has length 1
+    /// everywhere but where its gradient vanishes.
     initial_norms: Vec<f64>,
 }
 
 impl PathScaling {
-    /// With a start, at which nothing is scaled by anything else.
+    /// The scales at a start.
     pub(super) fn from<M: Constraints>(model: &M, start: &M::State, rows: Vec<usize>) -> Self {
         let weights = weights(model, start);
         let scaling = Self { initial_norms: vec![0.0; rows.len()], rows, weights };
-        // What is not finite is named where the first frame is made.
+        // Rows that are not finite are reported by the first decomposition.
         let initial_norms = scaling.norms(model, start).unwrap_or_else(|_| scaling.initial_norms.clone());
         Self { initial_norms, ..scaling }
     }
@@ -38,7 +38,7 @@ impl PathScaling {
         math::sqrt(x.iter().zip(&self.weights).map(|(x, w)| (x * w) * (x * w)).sum())
     }
 
-    /// ‖w (1 + |q|)‖: against it changes of the coordinates are small or large.
+    /// ‖w (1 + |q|)‖, the size that changes of the coordinates are compared with.
     pub(super) fn scale(&self, q: &[f64]) -> f64 {
         math::sqrt(q.iter().zip(&self.weights).map(|(q, w)| math::powi(w * (1.0 + q.abs()), 2)).sum())
     }
@@ -54,9 +54,9 @@ impl PathScaling {
             .collect()
     }
 
-    /// Scales of the rows: the largest norm of a row of the same constraint over all scaled columns, so that
-    /// a component of a vector that loses its gradient is seen to lose it; single rows by what they had at
-    /// the start, if that is more. An error names a row that is not finite.
+    /// Scales of the rows: the largest norm of a row of the same constraint, so that a component of a vector that
+    /// loses its gradient shows it. Single rows have their norm at the start, if that is larger. An error names a
+    /// row that is not finite.
     fn norms<M: Constraints>(&self, model: &M, state: &M::State) -> Result<Vec<f64>, usize> {
         let mut memory = vec![0.0; gradients::memory(M::Vector::LEN, M::Rows::LEN)];
         let gradients = Gradients::alone(model, state, &mut memory);
@@ -86,11 +86,12 @@ pub(super) struct JacobianSvd {
     a: Vec<f64>,
     v: Vec<f64>,
     pub(super) sigma: Vec<f64>,
-    /// Number of frames since the last that was made from nothing.
+    /// Number of refinements since the last full decomposition.
     refinements: u32,
 }
 
-/// So many frames are made from the one before in a row.
+/// Most refinements in a row, each of which adds rounding to V. The reason for the number is not recorded; a
+/// smaller one costs full decompositions, a larger one digits of V.
 const MAX_REFINEMENTS: u32 = 100;
 
 impl JacobianSvd {
@@ -107,8 +108,8 @@ impl JacobianSvd {
         Ok(Self { scales, a, v, sigma, refinements: 0 })
     }
 
-    /// The frame of a point near this one's, at a third of the cost: its V nearly decomposes that Jacobian,
-    /// too.
+    /// The decomposition at a point nearby, at a third of the cost: the V of this one nearly decomposes that
+    /// Jacobian, too.
     pub(super) fn next<M: Constraints>(
         &self,
         scaling: &PathScaling,
@@ -160,8 +161,7 @@ impl JacobianSvd {
         self.sigma.iter().filter(|sigma| **sigma > cut).count()
     }
 
-    /// Right singular vectors of the singular values that count as zero: their size in every scaled
-    /// coordinate.
+    /// Size of every scaled coordinate in the right singular vectors of the zero singular values.
     pub(super) fn freedom(&self, cut: f64) -> Vec<f64> {
         let (n, cut) = (self.sigma.len(), cut * self.svd().largest());
         let mut out = vec![0.0; n];
@@ -171,7 +171,8 @@ impl JacobianSvd {
         out
     }
 
-    /// Length of what singular values above this part of the largest do not reach of scaled rows.
+    /// Length of the part of scaled rows outside of the range of the singular values above this part of the
+    /// largest.
     pub(super) fn beyond_range(&self, cut: f64, rows: &[f64]) -> f64 {
         let mut left = rows.to_vec();
         for _ in 0..2 {
@@ -185,10 +186,9 @@ impl JacobianSvd {
         math::sqrt(left.iter().map(|x| x * x).sum())
     }
 
-    /// Unit vectors that the weakest direction connects: that of the coordinates, scaled, and that of the
-    /// rows, scaled.
+    /// Right and left singular vector of the smallest singular value, in scaled coordinates and rows.
     ///
-    /// Where the singular value is 0 that of the rows is taken from what the others leave.
+    /// Where that value is 0 the left vector is the one that the others leave.
     pub(super) fn weakest_vectors(&self) -> (Vec<f64>, Vec<f64>) {
         let weakest = self.weakest();
         let right = self.svd().right(weakest).to_vec();
@@ -204,8 +204,8 @@ impl JacobianSvd {
             unit(&mut left);
             return (right, left);
         }
-        // Rounding noise says nothing of the direction: the unit vector that the other columns leave most of,
-        // made orthogonal to them.
+        // The column is rounding noise. Take the unit vector with the largest component orthogonal to the other
+        // columns.
         let mut largest_least = (0.0, left);
         for k in 0..m {
             let mut candidate = vec![0.0; m];
@@ -228,8 +228,8 @@ impl JacobianSvd {
 
     /// Whether all matrices on the straight line from here to the Jacobian J at another point have full rank,
     /// with a margin: the symmetric part of Σ^-½ (UᵀJV) Σ^-½, which is the identity here, stays above ¼.
-    /// Sufficient, not necessary; it holds for every step that is short enough, and bounds by how much of
-    /// itself any singular value falls in one step.
+    /// The condition is sufficient, not necessary. It holds for every step that is short enough, and limits by
+    /// how much of itself any singular value falls in one step.
     pub(super) fn has_full_rank_toward(&self, jacobian: &[f64]) -> bool {
         let (m, n) = (self.scales.len(), self.sigma.len());
         let svd = self.svd();
@@ -258,7 +258,7 @@ fn multiply(a: &[f64], x: &[f64], image: &mut [f64]) {
     }
 }
 
-/// By Cholesky.
+/// Whether a symmetric matrix is positive definite, by Cholesky's elimination.
 fn is_positive_definite(n: usize, entry: impl Fn(usize, usize) -> f64) -> bool {
     let mut l = vec![0.0; n * n];
     for i in 0..n {
@@ -270,7 +270,7 @@ fn is_positive_definite(n: usize, entry: impl Fn(usize, usize) -> f64) -> bool {
             } else if rest > 0.0 {
                 l[i * n + i] = math::sqrt(rest);
             } else {
-                // Not a number is no yes either.
+                // Also for NaN.
                 return false;
             }
         }
@@ -278,7 +278,8 @@ fn is_positive_definite(n: usize, entry: impl Fn(usize, usize) -> f64) -> bool {
     l.iter().all(|x| x.is_finite())
 }
 
-/// The weights of a state: √Mᵢᵢ, for coordinates without inertia the smallest of the others.
+/// Weights of the coordinates at a state: √Mᵢᵢ. Coordinates without inertia get the smallest of the
+/// others.
 pub(super) fn weights<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     let mut memory = vec![0.0; gradients::memory(n, r)];

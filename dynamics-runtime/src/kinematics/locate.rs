@@ -1,17 +1,15 @@
-//! Where a path meets a singular position, and of what kind it is.
-//!
-//! Along the path the smallest singular value σ of the scaled Jacobian goes to zero; t and q are smooth
-//! functions of it on both kinds of singular positions (at a lock-up t* − t ∼ σ², at a bifurcation ∼ σ).
-//! Their extrapolation to σ = 0 is polished by Gauss–Newton on
+//! Locates the singular position that a path leads to, and classifies it.
+//! Along the path the smallest singular value σ of the scaled Jacobian goes to zero. At both kinds of
+//! singular positions t and q are smooth functions of σ: at a lock-up t* − t ∼ σ², at a
+//! bifurcation ∼ σ. They are extrapolated to σ = 0, and the result is polished by Gauss–Newton on
 //!
 //! ```text
 //! Φ(q, t) = 0        σ(q, t) = 0        and at a bifurcation        wᵀ(Φ_t + Φ_q q̇) = 0
 //! ```
-//!
 //! with w the left singular vector of σ. At a lock-up wᵀΦ_t ≠ 0: no velocity follows the drive. At a
 //! bifurcation Φ_t lies in the range of Φ_q. Derivatives of σ and of the last equation are central
-//! differences with frozen singular vectors: good to ten digits, so that the iteration gains ten digits per
-//! step. Source: W. Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, SIAM 2000, ch. 3
+//! differences with frozen singular vectors. They have ten digits, so that every iteration gains ten digits.
+//! Source: W. Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria, SIAM 2000, ch. 3
 //! and 4.
 
 use alloc::vec;
@@ -25,23 +23,22 @@ use crate::linalg::Svd;
 use crate::math;
 use crate::model::{Constraints, ModelState, Vector};
 
-/// A path whose smallest singular value fell to this part of what it had is about to meet a singular
-/// position.
+/// A path is suspected to lead to a singular position where its smallest singular value has fallen to this
+/// part of its largest value.
 pub(super) const SUSPECT_RATIO: f64 = 1e-3;
-/// Points that are extrapolated.
+/// Most points of the extrapolation: polynomials of degree four.
 const EXTRAPOLATED_POINTS: usize = 5;
-/// |wᵀΦ_t| above this part of the largest ‖Φ_t‖ on the way there is a lock-up: of a bifurcation the
+/// |wᵀΦ_t| above this part of the largest ‖Φ_t‖ on the path is a lock-up. At a bifurcation the
 /// extrapolation leaves about 10⁻⁸.
 const DRIVE_SHARE: f64 = 1e-5;
-/// At the located position σ is below this part of the largest.
+/// At a located position σ is below this part of the largest singular value.
 const SINGULAR_RATIO: f64 = 1e-7;
-/// Singular values below this part of the largest count as lost there.
+/// Singular values below this part of the largest count for the loss of rank there.
 const LOST_RATIO: f64 = 1e-5;
-/// There the constraints hold within this part of the size of the coordinates; what is only extrapolated is
-/// that much less exact. Positions that a path passes at a small distance are none of it: links that are
-/// nearly in line miss it by the square of their angle.
+/// At a polished position the constraints hold within this part of the size of the coordinates. Near misses
+/// do not: links that are nearly in line miss the singular position by the square of their angle.
 const RESIDUAL_ROUNDING: f64 = 64.0 * f64::EPSILON;
-/// See [`RESIDUAL_ROUNDING`].
+/// The same for a position that is only extrapolated.
 const EXTRAPOLATED_RESIDUAL: f64 = 1e-9;
 
 /// A located singular position.
@@ -70,7 +67,7 @@ impl<M: Constraints> PathTracer<'_, M> {
             state.q_mut()[i] = at_zero(&|point| point.state.q()[i]);
         }
         let driven = at_zero(&|point| self.drive(point).0);
-        // A drive that turns round just there has no part of its own that nothing follows.
+        // The largest ‖Φ_t‖ on the path: a drive that reverses just there has none at the position.
         let drive = points.iter().map(|point| self.drive(point).1).fold(0.0, f64::max);
         let guess = driven.abs() > DRIVE_SHARE * drive;
         let last = points[points.len() - 1].state;
@@ -81,8 +78,7 @@ impl<M: Constraints> PathTracer<'_, M> {
             }
             state
         };
-        // Where more than one direction is lost, the weakest of the rows is any of several, and says little
-        // along the path.
+        // Both kinds are tried, the likely one first: where several directions are lost, w is any of several vectors.
         let kinds =
             [guess, !guess].map(|locks_up| (locks_up, self.polish(with_velocities(locks_up), locks_up)));
         let exact = kinds.iter().any(|(_, polished)| polished.is_some());
@@ -119,14 +115,14 @@ impl<M: Constraints> PathTracer<'_, M> {
         })
     }
 
-    /// By how far the constraints are missed, in parts of the size of the coordinates.
+    /// Residual of the constraints in parts of the size of the coordinates.
     fn relative_residual(&self, state: &M::State, svd: &JacobianSvd) -> f64 {
         let residual = scaled(&self.scaling, self.model.residual(state).as_slice(), &svd.scales);
         math::sqrt(dot(&residual, &residual)) / self.scaling.scale(state.q().as_slice())
     }
 
-    /// Whether no velocity follows the drive at a singular position: Φ_t is not in the range of Φ_q, by more
-    /// than a part of what it was before.
+    /// Whether no velocity follows the drive at a singular position: Φ_t is outside of the range of Φ_q by more
+    /// than [`DRIVE_SHARE`] of what it was on the path.
     fn is_locked(&self, state: &M::State, svd: &JacobianSvd, drive: f64) -> bool {
         let mut at_rest = *state;
         *at_rest.u_mut() = M::Vector::zeros();
@@ -144,8 +140,8 @@ impl<M: Constraints> PathTracer<'_, M> {
         (dot(&left, &rates).abs(), math::sqrt(dot(&rates, &rates)))
     }
 
-    /// Gauss–Newton on the equations of the singular position; `None` where it does not converge. Where the
-    /// path passes one at a distance, it may converge to where the equations are missed least.
+    /// Gauss–Newton on the equations of the singular position; `None` where it does not converge. Near a near
+    /// miss it may converge to the least residual.
     fn polish(&self, mut state: M::State, locks_up: bool) -> Option<(M::State, JacobianSvd)> {
         let n = M::Vector::LEN;
         let m = self.scaling.rows.len();
@@ -155,6 +151,7 @@ impl<M: Constraints> PathTracer<'_, M> {
         let pace = self.scaling.length(state.u().as_slice()).max(1e-3 * scale);
         let mut last = f64::INFINITY;
         for _ in 0..12 {
+            // Right-hand side: −Φ, −σ and, at a bifurcation, −wᵀ(Φ_t + Φ_q q̇).
             let svd = JacobianSvd::new(&self.scaling, self.model, &state).ok()?;
             let functions = SingularFunctions::new(self, state, &svd);
             let mut a = vec![0.0; equations * (n + 1)];
@@ -162,6 +159,7 @@ impl<M: Constraints> PathTracer<'_, M> {
             right.extend([functions.sigma(&state), functions.driven(&state)]);
             right.truncate(equations);
             right.iter_mut().for_each(|x| *x = -*x);
+            // Matrix: derivatives by the scaled coordinates, then by time.
             let jacobian = self.scaling.jacobian(self.model, &state, &svd.scales);
             for j in 0..=n {
                 let column = &mut a[j * equations..][..equations];
@@ -178,6 +176,7 @@ impl<M: Constraints> PathTracer<'_, M> {
                 let [sigma, driven] = functions.slopes(&state, j).map(|slope| slope / unit);
                 column[m..].copy_from_slice(&[sigma, driven][..equations - m]);
             }
+            // The step of least length.
             let (mut v, mut sigma) = (vec![0.0; (n + 1) * (n + 1)], vec![0.0; n + 1]);
             let mut step = vec![0.0; n + 1];
             let newton = Svd::new(equations, &mut a, &mut v, &mut sigma);
@@ -200,7 +199,7 @@ impl<M: Constraints> PathTracer<'_, M> {
     }
 }
 
-/// The functions that vanish at a singular position, with the singular vectors of one place.
+/// The functions that vanish at a singular position, with frozen singular vectors.
 struct SingularFunctions<'t, 'm, M: Constraints> {
     tracer: &'t PathTracer<'m, M>,
     scales: &'t [f64],
@@ -215,7 +214,7 @@ impl<'t, 'm, M: Constraints> SingularFunctions<'t, 'm, M> {
         Self { tracer, scales: &svd.scales, right, left, u: *state.u() }
     }
 
-    /// wᵀ Φ_q v: σ at the place of the vectors.
+    /// wᵀ Φ_q v, which is σ at the state of the singular vectors.
     fn sigma(&self, state: &M::State) -> f64 {
         let jacobian = self.tracer.scaling.jacobian(self.tracer.model, state, self.scales);
         let m = self.left.len();

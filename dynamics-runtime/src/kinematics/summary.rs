@@ -1,4 +1,4 @@
-//! What a kinematic analysis took and how near it came to singular positions.
+//! Cost of a kinematic analysis, and how near it came to singular positions.
 
 use alloc::vec::Vec;
 use core::fmt;

@@ -1,11 +1,10 @@
 //! Following the position of a driven mechanism through time.
-//!
-//! Predictor: Taylor's series from q, q̇, q̈, whose error is h³/6 q⃛. Corrector: Newton–Raphson on Φ(q, t) =
-//! 0. A step counts only where Newton contracts well from the prediction (Θ = ‖δ₁‖/‖δ₀‖ ≤ ¼, so that the
-//! solution found is the only one nearby), where no singular position can lie between (see
-//! [`super::jacobian_svd::JacobianSvd::has_full_rank_toward`]), and where the way found leads back to its start; so branches
-//! are not lost, and singular positions are approached in ever shorter steps instead of being stepped over.
-//! The step follows Θ ∼ h³. Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004,
+//! Predictor: Taylor's series from q, q̇, q̈, whose error is h³/6 q⃛. Corrector: Newton–Raphson on
+//! Φ(q, t) = 0. A step is accepted where three conditions hold: Newton's method contracts well from the
+//! prediction (Θ = ‖δ₁‖/‖δ₀‖ ≤ ¼, so that the solution is the only one nearby); no singular
+//! position can lie between (see [`super::jacobian_svd::JacobianSvd::has_full_rank_toward`]); and the way
+//! back leads to the start. So branches are not lost, and singular positions are approached in ever shorter
+//! steps instead of being passed over. The step size follows from Θ ∼ h³. Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004,
 //! §5.1; E. J. Haug, Computer Aided Kinematics and Dynamics, Allyn & Bacon 1989, §4.5.
 
 use alloc::vec;
@@ -19,20 +18,20 @@ use crate::error::SolveError;
 use crate::math;
 use crate::model::{Constraints, Model, ModelState, Vector};
 
-/// Largest contraction of a step that counts.
+/// Largest contraction Θ of an accepted step.
 const MAX_CONTRACTION: f64 = 0.25;
-/// Contraction that steps aim at: Newton then needs three corrections.
+/// Contraction that the step size aims at: Newton's method then needs three corrections.
 const TARGET_CONTRACTION: f64 = 0.02;
-/// Largest first correction that counts, against the size of the coordinates.
+/// Largest first correction of an accepted step, in parts of the size of the coordinates.
 const MAX_FIRST_CORRECTION: f64 = 0.1;
-/// Seen back from its end by Taylor's series, a step that counts begins where it did within this part of its
-/// way, and within [`SHORT_WAY`].
+/// Taylor's series from the end of an accepted step leads back to its start within this part of its length,
+/// or within [`SHORT_WAY`].
 const RETURN_SHARE: f64 = 0.25;
-/// Part of the unit of the coordinates within which a way is too short to be judged: drives begin from rest,
-/// with t⁴ and the like.
+/// Steps below this part of the unit of the coordinates are too short for that test: drives begin from rest,
+/// for example as t⁴.
 const SHORT_WAY: f64 = 1e-3;
-/// Corrections below this part of the size of the coordinates are rounding, or about to be: the next one is
-/// their square.
+/// Corrections below this part of the size of the coordinates end the iteration: the next one would be of the
+/// order of their square, which is rounding.
 const CONVERGED_CORRECTION: f64 = 1e-11;
 /// Most Newton corrections in a step.
 const MAX_CORRECTIONS: u32 = 12;
@@ -51,7 +50,7 @@ impl<M: Model> Clone for PathPoint<M> {
     }
 }
 
-/// What it cost.
+/// Counts of steps and corrections.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct PathCounts {
     pub(super) steps: u64,
@@ -107,8 +106,8 @@ impl<'m, M: Constraints> PathTracer<'m, M> {
         at_time(&state, t)
     }
 
-    /// Newton–Raphson on Φ = 0. Returns the largest contraction; an error where it does not converge to the
-    /// solution nearby.
+    /// Newton–Raphson on Φ = 0. Returns the largest contraction, or an error where it does not converge to the
+    /// nearby solution.
     pub(super) fn solve_positions(&mut self, state: &mut M::State) -> Result<f64, Kind> {
         let scale = self.scaling.scale(state.q().as_slice());
         let (mut last, mut contraction) = (f64::INFINITY, 0.0f64);
@@ -124,7 +123,7 @@ impl<'m, M: Constraints> PathTracer<'m, M> {
                 return if last <= 1e-9 { Ok(contraction) } else { Err(self.no_continuation(state)) };
             }
             add(state.q_mut(), 1.0, &step);
-            // What rounding leaves says nothing about curvature.
+            // Contractions of rounding-level corrections say nothing about curvature.
             contraction = if k > 0 && last > 1e-6 { contraction.max(theta) } else { contraction };
             if length <= CONVERGED_CORRECTION {
                 return Ok(contraction);
@@ -134,7 +133,7 @@ impl<'m, M: Constraints> PathTracer<'m, M> {
         Err(self.no_continuation(state))
     }
 
-    /// A step to another time: where it is refused a shorter one may succeed.
+    /// A step to another time. Where it fails a shorter one may succeed.
     pub(super) fn step(&mut self, from: &PathPoint<M>, t: f64) -> Result<(PathPoint<M>, f64), Kind> {
         let mut state = Self::predict(from, t);
         let contraction = self.solve_positions(&mut state)?;
@@ -149,9 +148,9 @@ impl<'m, M: Constraints> PathTracer<'m, M> {
         Ok((point, contraction))
     }
 
-    /// Whether the way from a point leads back to where the step to it began. Where angles turn fast, beside
-    /// a singular position, a prediction may hit upon the same position some turns further on: there
-    /// everything closes, and nothing else shows that the turns were not made.
+    /// Whether Taylor's series from the end of a step leads back to its start. Near a singular position angles
+    /// turn fast, and a prediction may reach the same position some turns further. All constraints hold there,
+    /// and only this test shows that the turns were not made.
     fn leads_back(&self, to: &PathPoint<M>, from: &M::State) -> bool {
         let mut no_continuation = *Self::predict(to, from.t()).q();
         add(&mut no_continuation, -1.0, from.q());

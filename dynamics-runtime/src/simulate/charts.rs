@@ -1,15 +1,15 @@
-//! Motions that change their chart: three angles whose reference is turned before they lock.
-//!
-//! No three angles tell all orientations apart (J. Stuelpnagel, SIAM Review 6 (1964) 422): each set locks
-//! where its first axis i and its last axis k fall on one line. Measured from a reference that a quarter turn
-//! C about the second axis j has moved, R = C·E(θ) instead of E(θ), the same set locks where k falls on C·i,
-//! at a right angle to i. Of the two charts one is always half a right angle or more away from locking.
+//! Chart switching: three angles whose reference is turned before they reach gimbal lock.
+//! No three angles are regular coordinates of all orientations (J. Stuelpnagel, SIAM Review 6 (1964) 422).
+//! Each set locks where its first axis i and its last axis k coincide. Measured from a reference that is a
+//! quarter turn C about the second axis j away, R = C·E(θ) instead of E(θ), the same set locks where k
+//! coincides with C·i, at a right angle to i. Of the two charts one is always 45° or more from locking.
 //!
 //! The reference is a parameter of the model, so that both charts run on the same generated code, and each
 //! part of a motion is the motion of a model that does not change. From one part to the next the angles are
 //! read from the same rotation, θ′ with E(θ′) = C′ᵀ C E(θ), and the rates from the same angular velocity.
-//! Whether the charts are of one model is not believed but looked at: accelerations, energy, outputs and
-//! events have to agree where a part begins (`agreement.rs`) and at the end of every step (`step_agreement.rs`).
+//! That both charts describe one model is verified: accelerations, energy, outputs and events have to agree
+//! where a part begins (`agreement.rs`) and at the end of every step (`step_agreement.rs`). What acts only
+//! within a step is not seen.
 
 pub(crate) mod agreement;
 pub(crate) mod error;
@@ -36,11 +36,11 @@ use crate::simulate::trajectory::motion::Motion;
 
 /// Name of the event that ends a part of a motion.
 const CHART_CHANGE: &str = "change of chart";
-/// Angles nearer to locking than this are measured from the other reference, in rad. There sin ϑ = 0.48; the
-/// other chart is then at least π/2 − 0.5 away from locking, and the motion has to turn by half a radian
-/// before it can come back.
+/// Angles nearer to locking than this, in rad, are measured from the other reference. There sin ϑ = 0.48.
+/// The other chart is then at least π/2 − 0.5 from locking, and the motion has to turn by half a radian
+/// before it can switch back.
 const LOCK_DISTANCE: f64 = 0.5;
-/// Sets at most: with each the number of charts doubles.
+/// Most sets of angles: each doubles the number of charts.
 const MOST_ANGLE_SETS: usize = 6;
 
 /// A model in all charts of its angles: those as it was made, and those with turned references.
@@ -150,20 +150,19 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
         ChartSwitchingSimulation { chart: from.chart, ..self.simulate(from.state) }
     }
 
-    /// The distance to locking of the set that is nearest to it in a chart, less the bound: a change is due
-    /// where it is negative.
+    /// The distance from locking of the nearest set, less [`LOCK_DISTANCE`]: a change is due where it is
+    /// negative.
     fn margin(references: &[AngleReference], state: &M::State) -> f64 {
         references.iter().map(|at| at.distance(state)).fold(f64::INFINITY, f64::min) - LOCK_DISTANCE
     }
 
-    /// The chart in which every set is far from locking, and the state there. Where a change is `due` there
-    /// is one.
+    /// The chart in which every set is far from locking, and the state in it. Where a change is `due` at least
+    /// one set changes.
     fn change(&self, chart: usize, state: &M::State, due: bool) -> Result<(usize, M::State), ChartError> {
         let (mut to, mut there) = (chart, *state);
         let least = Self::margin(&self.references, state) + LOCK_DISTANCE;
         for (k, reference) in self.references.iter().enumerate() {
-            // Where it has just been located the distance is the bound, but for what the rounding of a late
-            // time amounts to.
+            // At a located change the distance is the bound up to the rounding of time.
             let distance = reference.distance(state);
             if distance < LOCK_DISTANCE * (1.0 + 1e-6) || due && distance <= least * (1.0 + 1e-6) {
                 let turned = chart >> k & 1 == 1;
@@ -175,17 +174,17 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
     }
 }
 
-/// A parameter that is not what it was, with its value before; none of models that do not tell their
+/// The first parameter that has changed, with its value before; `None` for models that do not expose
 /// parameters.
 fn first_change<M: Simulate>(from: &M, to: &M) -> Option<(&'static str, f64)> {
     M::PARAMETERS.iter().enumerate().find_map(|(k, quantity)| {
         let (before, after) = (from.parameter(k)?, to.parameter(k)?);
-        // What is not a number has not become another one: runs refuse it by its name.
+        // NaN counts as unchanged: runs report it by its name.
         (before != after && !before.is_nan()).then_some((quantity.name, before))
     })
 }
 
-/// The parameter that is another one, with its value, where it is only one.
+/// The parameter that has changed, with its new value, if it is the only one.
 fn only_change<M: Simulate>(from: &M, to: &M) -> Option<(&'static str, f64)> {
     let mut changes = M::PARAMETERS.iter().enumerate().filter_map(|(k, quantity)| {
         let (before, after) = (from.parameter(k)?, to.parameter(k)?);
@@ -292,7 +291,7 @@ impl<'a, M: Simulate + Clone> ChartSwitchingSimulation<'a, M> {
         agreement::same_functions(&functions, state.t())
     }
 
-    /// Compares the chart of the last part with those beside it, at the end of every step.
+    /// Compares the chart of the last part with each chart that differs in one set, at the end of every step.
     fn compare_along(&self, chart: usize, segments: &[Segment<'a, M>]) -> Result<(), ChartError> {
         let Some(Segment { motion, .. }) = segments.last() else { return Ok(()) };
         (0..self.switching.references.len()).try_for_each(|k| {
@@ -332,8 +331,7 @@ impl<'a, M: Simulate + Clone> ChartSwitchingSimulation<'a, M> {
         Ok(motion)
     }
 
-    /// What cannot be told from one part alone: inputs that jump with the chart, and an event that is met
-    /// twice.
+    /// Checks the junction of two parts: inputs must not jump with the chart, and no event may be found in both.
     fn check_junction(&self, motion: &Motion<'a, M>, segments: &[Segment<'a, M>]) -> Result<(), ChartError> {
         let Some(before) = segments.last() else { return Ok(()) };
         let time = motion.start_time();

@@ -1,4 +1,8 @@
-//! What a motion cost and how far it can be trusted.
+//! The summary of a motion: costs, drift of what should stay constant, accuracy.
+//!
+//! [`Motion::summary`] reads the recorded states. [`Motion::verify`] repeats steps and runs too, and costs
+//! several times the run. Warnings are data (`warning.rs`), found by the list in `checks.rs`; `display.rs`
+//! prints them.
 
 pub(crate) mod checks;
 pub(crate) mod display;
@@ -53,7 +57,7 @@ pub struct Summary {
     pub method: Method,
     /// Why this method.
     pub reason: String,
-    /// When and with which method the run went on, because the motion was stiff for the first one.
+    /// When the run changed its method because the motion was stiff, and to which.
     pub switched: Option<(f64, Method)>,
     /// Accepted steps.
     pub steps: u64,
@@ -71,8 +75,8 @@ pub struct Summary {
     pub energy_scale: f64,
     /// Unit of `energy_scale` and `energy_lost`; empty where the model has no units.
     pub energy_unit: &'static str,
-    /// What drifts: `energy`, `energy function` where that is kept and T + V is not, `energy less work` where
-    /// something works.
+    /// The quantity whose drift is `energy_drift`: `energy`, `energy function` where that is conserved and T + V
+    /// is not, `energy less work` where forces work.
     pub energy_name: &'static str,
     /// Whether forces, dissipation or explicit time change the energy, so that their work enters
     /// `energy_drift`.
@@ -83,12 +87,12 @@ pub struct Summary {
     pub formulation: Option<(Formulation, String)>,
     /// Drift of every row of the constraints.
     pub constraints: Vec<ConstraintDrift>,
-    /// What it took to keep them.
+    /// Counts of the constraint stabilization.
     pub stabilization: StabilizationCounts,
-    /// There is generated code for accelerations and reactions, so that evaluations by the general solver
-    /// with all constraints on are fallbacks.
+    /// There is generated code for accelerations and reactions, so that evaluations by the general solver with
+    /// all constraints active are fallbacks.
     pub falls_back: bool,
-    /// What no longer followed from its constraints where that came about first, if it is known.
+    /// The coordinates that no longer followed from their constraints at the first fallback, if they are known.
     pub pivot_breakdown: Option<PivotBreakdown>,
     /// Switched constraints that were released at some time.
     pub released: Vec<&'static str>,
@@ -105,7 +109,7 @@ pub struct Summary {
     pub stuck_in_impact: Option<(&'static str, f64)>,
     /// Worst conditioning of the mass matrix over the accepted states.
     pub conditioning: Conditioning,
-    /// Where angles came nearest to gimbal lock, if that is felt.
+    /// Where angles came nearest to gimbal lock, if the mass matrix suffers from it.
     pub gimbal_lock: Option<GimbalLock>,
     /// Names of the events and how often each happened.
     pub events: Vec<(String, usize)>,
@@ -134,9 +138,9 @@ pub struct Summary {
 }
 
 impl<M: SimulationModel> Motion<'_, M> {
-    /// Method, costs, drift, conditioning, events, and what the run itself has found. Reads the accepted
-    /// states: energies, constraints and conserved quantities once at each, no step and no acceleration
-    /// again. What takes those is asked for by [`Motion::verify`].
+    /// Method, costs, drift, conditioning, events, and the findings of the run itself. It evaluates energies,
+    /// constraints and conserved quantities once at each accepted state, and repeats no step. Checks that do are
+    /// part of [`Motion::verify`].
     #[must_use]
     pub fn summary(&self) -> Summary {
         let conserves = M::POWERS.is_empty();
@@ -144,14 +148,12 @@ impl<M: SimulationModel> Motion<'_, M> {
         self.summary_with(energy, None, false)
     }
 
-    /// The summary, and how far the motion can be trusted, as far as repeating it tells: the works of forces
-    /// and with them the drift of the energy, singular positions passed, forces that are over between the
-    /// stages of a step, instability that steps pass over, stiffness that they hide, and what errors add up
-    /// to, by the motion in half steps.
-    ///
-    /// It costs three to five times as much as the run, or a few tenths of a second. What would take longer
-    /// is left out, and the summary says so. Laws of inputs are asked again for that, at times and states
-    /// that the run has not seen.
+    /// The summary with all checks that repeat the motion: the works of forces and with them the drift of the
+    /// energy, singular positions that were passed, forces between the stages of a step, instability and
+    /// stiffness that steps hide, and the global error, estimated by the motion in half steps.
+    /// It costs three to five times as much as the run, or a few tenths of a second. Checks that would take
+    /// longer are omitted, and the summary lists them. The closure of `.inputs(..)` is called again, at times and
+    /// states that the run has not seen.
     ///
     /// ```
     /// # use dynamics_runtime::simulate::{Motion, Simulate};
@@ -251,6 +253,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         sizes.few_digits::<M>(&tolerances)
     }
 
+    /// The first impact with a sticking contact, and when.
     fn stuck_in_impact(&self) -> Option<(&'static str, f64)> {
         if M::IS_UNSWITCHED {
             return None;
@@ -261,7 +264,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         };
         self.events().iter().find_map(|event| {
             let largest = |impact: &Impact| impact.impulse.iter().fold(0.0f64, |most, x| most.max(x.abs()));
-            // Far below what was struck with, it is rounding.
+            // Impulses far below the largest are rounding.
             let least = 1e-9 * event.impacts.iter().map(largest).fold(0.0, f64::max);
             let stuck =
                 event.impacts.iter().find(|i| i.held && largest(i) > least && sticks(i.constraint))?;
@@ -269,7 +272,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         })
     }
 
-    /// Names of the switched constraints that some recorded state leaves released.
+    /// Names of the switched constraints that are released in some recorded state.
     fn released(&self) -> Vec<&'static str> {
         if M::IS_UNSWITCHED {
             return Vec::new();
@@ -283,6 +286,7 @@ impl<M: SimulationModel> Motion<'_, M> {
             .collect()
     }
 
+    /// Drift of every conserved quantity, from its value at the start or after the last reset.
     fn drifts(&self) -> Vec<Drift> {
         let count = M::CONSERVED.len();
         let (mut reference, mut values) = (vec![0.0; count], vec![0.0; count]);
@@ -310,7 +314,7 @@ impl<M: SimulationModel> Motion<'_, M> {
     }
 }
 
-/// The larger one; NaN wins, so that it is seen.
+/// The larger value; NaN if either is.
 fn larger(a: f64, b: f64) -> f64 {
     if b.is_nan() || a.is_nan() { f64::NAN } else { a.max(b) }
 }

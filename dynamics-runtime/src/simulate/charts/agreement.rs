@@ -11,16 +11,17 @@ use crate::simulate::charts::error::{ChartError, Compared};
 use crate::simulate::simulation::Simulate;
 use crate::simulate::trajectory::motion::Motion;
 
-/// Roundings that may add up, in units of what one amounts to.
+/// Rounding errors that may add up in a compared quantity, in units of one.
 const ADDED_ROUNDINGS: f64 = 1e4;
-/// Conditioning of the mass matrix at most that differences are put down to: beyond it they are none of
-/// rounding.
+/// Condition number of the mass matrix up to which it enlarges the tolerance. Larger ones come from
+/// constraints or from locking, and would accept any difference.
 const MAX_CONDITION: f64 = 1e8;
+/// The same for the energy, which is not divided by the mass matrix.
 const MAX_CONDITION_OF_ENERGY: f64 = 1e3;
-/// What is given by closures agrees up to this part of it.
+/// Relative tolerance for values of the user's closures.
 pub(crate) const CLOSURE_TOLERANCE: f64 = 1e-6;
-/// How far from where a motion happens to be the charts are compared, in rad: in equilibrium or at rest much
-/// is zero, and zeros prove nothing.
+/// Displacement, in rad, of the state at which charts are compared: in equilibrium or at rest many quantities
+/// are zero, and zeros prove nothing.
 const DISPLACEMENT: f64 = 0.3;
 
 /// A quantity in two charts.
@@ -28,9 +29,9 @@ pub(crate) struct ChartPair {
     pub(crate) what: Compared,
     pub(crate) name: &'static str,
     pub(crate) values: [f64; 2],
-    /// The part of its size that is put down to rounding.
+    /// Relative tolerance for rounding.
     pub(crate) rounding: f64,
-    /// What its rounding is measured by.
+    /// The size that rounding is relative to.
     pub(crate) size: f64,
 }
 
@@ -38,7 +39,7 @@ impl ChartPair {
     /// Whether the values differ by more than rounding, of the size here or of one met elsewhere.
     pub(crate) fn differs(&self, size: f64) -> bool {
         let [a, b] = self.values;
-        // What is not a number has to be none in both.
+        // NaN must be NaN in both charts.
         let differs = if a.is_nan() && b.is_nan() { 0.0 } else { (a - b).abs() };
         differs > self.rounding * self.size.max(size) || differs.is_nan()
     }
@@ -53,7 +54,7 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
         to: usize,
         state: &M::State,
     ) -> Result<Option<[M::State; 2]>, ChartError> {
-        // None of a state that is not a number, which the run refuses.
+        // `None` for a NaN state, which the run reports.
         let Some(states) = self.regular_state_near([from, to], state) else { return Ok(None) };
         if let Some(ChartPair { what, name, values, .. }) =
             self.compared_quantities([from, to], &states).into_iter().find(|pair| pair.differs(0.0))
@@ -63,8 +64,8 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
         Ok(Some(states))
     }
 
-    /// The place beside a state where both charts are farthest from locking, in both; `None` of a state that
-    /// is not a number.
+    /// The displaced state that is farthest from locking in both charts, expressed in both; `None` for a NaN
+    /// state.
     pub(crate) fn regular_state_near(
         &self,
         [from, to]: [usize; 2],
@@ -80,7 +81,7 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
         displaced_state.into_iter().flatten().max_by(|a, b| regular(a).total_cmp(&regular(b)))
     }
 
-    /// The same place in both charts, beside a state.
+    /// A displaced state in both charts.
     fn displaced_state(&self, from: usize, to: usize, state: &M::State, by: f64) -> Option<[M::State; 2]> {
         let mut here = *state;
         let rotation = |i: usize| self.references.iter().any(|at| at.set.angles.contains(&i));
@@ -107,6 +108,7 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
         Some([here, there])
     }
 
+    /// Accelerations, energy, outputs and events of the model in both charts.
     pub(crate) fn compared_quantities(&self, charts: [usize; 2], states: &[M::State; 2]) -> Vec<ChartPair> {
         let models = charts.map(|chart| &self.charts[chart]);
         let in_both_charts = [0, 1].map(|k| (models[k], &states[k]));
@@ -114,14 +116,14 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
         let conditioning = conditioning[0].max(conditioning[1]);
         let mut compared_quantities = Vec::new();
         let mut add = |what, name, values: [f64; 2], scale: f64| {
-            // A mass matrix that only the constraints make regular, as that of a body in Euler parameters
-            // beside, says nothing of rounding. Energies do not divide by it.
+            // The condition number of a mass matrix that is regular only with its constraints, as that of Euler
+            // parameters, is no measure of rounding.
             let worst = if what == Compared::Energy { MAX_CONDITION_OF_ENERGY } else { MAX_CONDITION };
             let rounding = ADDED_ROUNDINGS * f64::EPSILON * (1.0 + conditioning.min(worst));
             let size = scale.max(values[0].abs()).max(values[1].abs());
             compared_quantities.push(ChartPair { what, name, values, rounding, size });
         };
-        // Where there are no accelerations the run says why.
+        // Where there are no accelerations the run reports why.
         if let [Ok(a), Ok(b)] = in_both_charts.map(|(model, state)| model.accelerations(state)) {
             let accelerations = [a, b];
             for (k, reference) in self.references.iter().enumerate() {
@@ -170,7 +172,7 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
         {
             let [Some(a), Some(b)] = values else { continue };
             for (i, quantity) in quantities.iter().enumerate() {
-                // Components that vanish are rounding of those beside them.
+                // Components that vanish are rounding of others with the same unit.
                 let alike = quantities.iter().zip(&a).filter(|(other, _)| other.unit == quantity.unit);
                 let size = alike
                     .fold(1e-3, |most: f64, (_, x)| if x.is_finite() { most.max(x.abs()) } else { most });
@@ -181,8 +183,8 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
     }
 }
 
-/// Whether the inputs go on as they were: a law that reads the angles themselves makes them jump. Each is
-/// measured by what it was itself in both parts.
+/// Checks that inputs are continuous: a closure that reads the angles themselves makes them jump. The size of
+/// each input is its largest value in both parts.
 pub(crate) fn same_inputs<M: Simulate>(
     before: &Motion<'_, M>,
     after: &Motion<'_, M>,
@@ -205,7 +207,7 @@ pub(crate) fn same_inputs<M: Simulate>(
 pub(crate) fn same_functions(functions: &[Vec<(String, f64)>; 2], time: f64) -> Result<(), ChartError> {
     for ((event, a), (_, b)) in functions[0].iter().zip(&functions[1]) {
         let differs = if a.is_nan() && b.is_nan() { 0.0 } else { (a - b).abs() };
-        // One that vanishes is rounding of what it is made of.
+        // A function near zero is rounding of its terms.
         if differs > CLOSURE_TOLERANCE * a.abs().max(b.abs()).max(1e-6) || differs.is_nan() {
             return Err(ChartError::EventDisagrees { event: event.clone(), values: [*a, *b], time });
         }

@@ -1,4 +1,4 @@
-//! Why charts cannot be changed, or a motion in them did not reach its end.
+//! Errors of chart switching: invalid charts, and motions that did not reach their end.
 
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -267,7 +267,7 @@ impl<M: Simulate> ChartSwitchingError<M> {
         }
         let reached = segments.last().map_or(start.t(), |(_, trajectory)| trajectory.last().state.t());
         let time = match &kind {
-            // The part went on, but from there on it is the motion of one chart alone.
+            // The part continued, but from there on it describes the motion of one chart only.
             ChartSwitchingErrorKind::Chart(ChartError::Disagree { time, .. }) => *time,
             _ => reached,
         };

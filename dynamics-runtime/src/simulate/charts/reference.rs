@@ -1,4 +1,4 @@
-//! A set of angles and the two references that they are measured from.
+//! A set of three angles and its two references, and the change between them.
 
 use core::f64::consts::FRAC_PI_2;
 
@@ -9,7 +9,7 @@ use crate::rotation::EulerSequence;
 use crate::simulate::charts::error::ChartError;
 use crate::vector::Vec3;
 
-/// The turn of a reference that is turned.
+/// Angle of a turned reference.
 pub(crate) const QUARTER_TURN: f64 = FRAC_PI_2;
 
 /// A set of angles whose reference may be turned by a quarter about the set's second axis.

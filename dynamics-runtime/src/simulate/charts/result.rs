@@ -1,4 +1,4 @@
-//! A motion in several charts, asked as one.
+//! A motion in several charts, queried like one.
 
 use alloc::vec;
 use alloc::vec::Vec;

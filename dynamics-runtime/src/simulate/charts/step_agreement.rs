@@ -1,5 +1,5 @@
-//! Whether charts describe one model all along a part of a motion, not only where it begins: what acts in a
-//! band of angles, or for a time, is seen only there.
+//! Agreement of charts at the end of every step: forces that act in a range of angles, or for a time, show
+//! only there.
 
 use alloc::vec::Vec;
 
@@ -10,13 +10,14 @@ use crate::simulate::charts::error::{ChartError, Compared};
 use crate::simulate::simulation::{Simulate, Simulation};
 use crate::simulate::trajectory::motion::Motion;
 
-/// Nearer to locking than this, in rad, the other chart is not asked: rounding is most of what it says.
+/// The other chart is not evaluated nearer to locking than this, in rad, where its values are mostly
+/// rounding.
 const LEAST_LOCK_ANGLE: f64 = 0.02;
-/// How far beside a step's end a disagreement has to be one as well, as a part of the step. Steps end where
-/// functions jump, and there rounding chooses the side.
+/// A disagreement must also exist at this part of a step before or after the end of the step. Steps end where
+/// functions jump, and there rounding selects the side.
 const STEP_END_PROBE: f64 = 1e-3;
 
-/// The largest size met of each quantity: what vanishes for a while is rounding of what it is otherwise.
+/// The largest size of each quantity along the motion, by which its rounding is measured.
 struct QuantitySizes(Vec<(Compared, &'static str, f64)>);
 
 impl QuantitySizes {
@@ -49,7 +50,7 @@ impl<M: Simulate + Clone> StepComparison<'_, '_, M> {
     pub(crate) fn compare_near(&self) -> Result<(), ChartError> {
         let records = &self.motion.trajectory.records;
         let mut sizes = QuantitySizes(Vec::new());
-        // At rest or in balance much is zero all along; beside it is not.
+        // At rest or in equilibrium many quantities are zero; at a displaced state they are not.
         let regular_state_near =
             records.first().and_then(|first| self.switching.regular_state_near(self.charts, &first.state));
         for pair in regular_state_near.map(|states| self.compared_quantities(states)).unwrap_or_default() {
@@ -74,14 +75,14 @@ impl<M: Simulate + Clone> StepComparison<'_, '_, M> {
         Ok(())
     }
 
-    /// Whether a disagreement at the end of step k is one right before or right after it, too.
+    /// Whether a disagreement at the end of step k also exists right before or after it.
     fn persists(&self, k: usize, found: &ChartPair, sizes: &QuantitySizes) -> bool {
         let records = &self.motion.trajectory.records;
         let here = &records[k].state;
         let neighbours = [k.checked_sub(1), Some(k + 1)].into_iter().flatten().filter_map(|i| records.get(i));
         let mut moved =
             neighbours.map(|next| next.state.t() - here.t()).filter(|step| *step != 0.0).peekable();
-        // A motion of one instant has nothing beside it.
+        // A motion of one instant has no neighbouring state.
         moved.peek().is_none()
             || moved.any(|step| {
                 let mut state = self.motion.at(here.t() + STEP_END_PROBE * step);
@@ -96,7 +97,7 @@ impl<M: Simulate + Clone> StepComparison<'_, '_, M> {
             })
     }
 
-    /// A state in both charts; none where one of them is about to lock.
+    /// A state in both charts; `None` where one of them is near locking.
     fn in_both_charts(&self, here: M::State) -> Option<[M::State; 2]> {
         let mut there = here;
         for (k, reference) in self.switching.references.iter().enumerate() {
@@ -111,7 +112,8 @@ impl<M: Simulate + Clone> StepComparison<'_, '_, M> {
         (far(&here) && far(&there)).then_some([here, there])
     }
 
-    /// What is compared: the inputs that the law gives in each chart, and all else with those of this part.
+    /// The compared quantities: the inputs of the closure in each chart, and everything else with the inputs of
+    /// this part.
     fn compared_quantities(&self, [here, there]: [M::State; 2]) -> Vec<ChartPair> {
         let (own, others) = (self.motion.complete(here), self.other.complete(there));
         let mut same = there;

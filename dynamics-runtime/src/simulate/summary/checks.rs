@@ -1,4 +1,4 @@
-//! What a summary is looked through for: one check for each warning, in the order in which they are told.
+//! The checks of a summary: one function for each warning, in the order in which warnings are printed.
 
 use alloc::vec::Vec;
 
@@ -6,7 +6,7 @@ use crate::simulate::summary::Summary;
 use crate::simulate::summary::warning::Warning;
 use crate::simulate::verification::accuracy_diagnostics::{LARGE_ERROR, NOTABLE_ERROR};
 
-/// Whoever adds a warning gives [`Warning`] a variant for it, and puts what finds it into this list.
+/// All checks. A new warning needs a variant of [`Warning`] and a check in this list.
 const CHECKS: [fn(&Summary) -> Option<Warning>; 14] = [
     stuck_in_impact,
     stiffness,
@@ -24,17 +24,17 @@ const CHECKS: [fn(&Summary) -> Option<Warning>; 14] = [
     error_peak,
 ];
 
-/// Drift of constraints that turns the velocity by more than this part of it is warned of.
+/// Drift of constraints is a warning where it turns the velocity by more than this part of it.
 const DRIFT_TURN_SHARE: f64 = 3e-4;
-/// Energy that drifts by less than so many permitted errors is no more than the tolerance lets it.
+/// Energy drift below this many permitted errors is what the tolerance allows.
 const PERMITTED_ENERGY_ERRORS: f64 = 10.0;
-/// Part of the energy that may drift before that is warned of.
+/// Energy drift above this part of its scale is a warning.
 const ENERGY_DRIFT_SHARE: f64 = 0.01;
 
 impl Summary {
-    /// What makes the motion doubtful, for programs that go on only where there is nothing: errors beyond the
-    /// tolerance, stiffness, what is passed over, drift. What takes runs to find is in it where the summary
-    /// is of [`Motion::verify`](crate::simulate::Motion::verify).
+    /// Everything that makes the motion doubtful, so that programs can stop where there is any: errors beyond the
+    /// tolerance, stiffness, effects that steps pass over, drift. Findings that take further runs are included
+    /// where the summary is that of [`Motion::verify`](crate::simulate::Motion::verify).
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let of_error = self.error.iter().flat_map(|error| error.findings()).map(Warning::GlobalError);
@@ -88,10 +88,9 @@ fn missed_instability(summary: &Summary) -> Option<Warning> {
     Some(Warning::MissedInstability { growth, fixed: summary.accuracy.fixed })
 }
 
-/// Whether the energy is asked. Where forces work and half steps agree, but for moments, it is not: works are
-/// integrated over states between the ends of steps, which a step far longer than a stiff damper needs does
-/// not resolve, and what they miss in a moment stays. With constraints it is asked always: whole and half
-/// steps may agree on the wrong branch.
+/// Whether the drift of the energy is used. It is not where forces work and half steps agree: works are
+/// integrated over states within the steps, and a step far longer than a stiff damper needs does not resolve
+/// them. With constraints it always is, because whole and half steps may agree on the wrong branch.
 fn energy_counts(summary: &Summary) -> bool {
     let accuracy = &summary.accuracy;
     !(accuracy.works && accuracy.step_doubling.is_some_and(|times| times <= NOTABLE_ERROR))
@@ -111,7 +110,7 @@ fn energy_drift(summary: &Summary) -> Option<Warning> {
     energy_counts(summary).then_some(Warning::EnergyDrift { part, fixed: accuracy.fixed })
 }
 
-/// Where the error was measured nothing is guessed of it.
+/// Not where a second run has measured the error.
 fn step_doubling(summary: &Summary) -> Option<Warning> {
     let accuracy = &summary.accuracy;
     let tolerances = accuracy.step_doubling.filter(|times| *times > accuracy.large_error())?;

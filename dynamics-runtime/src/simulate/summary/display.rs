@@ -1,4 +1,4 @@
-//! The summary in words.
+//! Text of the summary.
 
 use alloc::string::String;
 use core::fmt;
@@ -11,7 +11,7 @@ use crate::simulate::verification::conditioning::{Conditioning, NearestSingularP
 use crate::simulate::verification::constraint_drift::ConstraintDrift;
 use crate::wording::{Grouped, Rounded};
 
-/// The line of a summary that is not of [`Motion::verify`](crate::simulate::Motion::verify).
+/// The line of a summary without the checks of [`Motion::verify`](crate::simulate::Motion::verify).
 pub(crate) const NOT_VERIFIED: &str =
     "  not checked  what steps pass over and what their errors add up to: ask `.verify()`";
 
@@ -70,7 +70,7 @@ impl fmt::Display for Summary {
 }
 
 impl Summary {
-    /// What should stay constant.
+    /// Drift of what should stay constant.
     fn write_drift(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.energy_scale.is_infinite() {
             write!(f, "  drift        energy grows beyond all numbers")?;
@@ -101,7 +101,7 @@ impl Summary {
         Ok(())
     }
 
-    /// What happened, what to be warned of, and what else there is to say of the accuracy.
+    /// Events, warnings, omitted checks, and the line about the global error.
     fn write_events(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, (name, count)) in self.events.iter().enumerate() {
             let label = if i == 0 { "events" } else { "" };
@@ -164,7 +164,7 @@ impl Summary {
         Ok(())
     }
 
-    /// Where evaluations were left to the general solver, and what of it where these are many.
+    /// Why evaluations fell back to the general solver, and that they are slow where there are many.
     fn describe_fallbacks(&self, fallbacks: u64) -> String {
         let mut words = String::from(" by the general solver, where a pivot of the generated code vanished");
         if let Some((vanished, t)) = self.pivot_breakdown.as_ref().zip(self.stabilization.general_at) {
@@ -176,12 +176,12 @@ impl Summary {
         words
     }
 
-    /// What it took to keep the constraints.
+    /// Cost of the constraint stabilization.
     fn write_stabilization(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let StabilizationCounts { general, released, dependent, dependent_at, repartitions, .. } =
             self.stabilization;
         let StabilizationCounts { projected, largest_move, .. } = self.stabilization;
-        // Where the general solver is the route it is no fallback.
+        // Without generated code the general solver is no fallback.
         let (released, fallbacks) = if self.falls_back { (released, general - released) } else { (0, 0) };
         let mut line = |count: u64, what: &str, how: &str| match count {
             0 => Ok(()),
@@ -200,7 +200,7 @@ impl Summary {
         if let Some(t) = dependent_at {
             write!(f, ", first at t = {}", Rounded(t))?;
         }
-        // Where steps are free to be chosen, those that end further away are made again.
+        // Adaptive steps that end further away are repeated.
         if largest_move > LARGE_MOVE {
             write!(
                 f,
@@ -223,7 +223,7 @@ impl Summary {
         Ok(())
     }
 
-    /// How near the motion came to a position where constraints lose rank.
+    /// The nearest approach to a singular position.
     fn write_nearest(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(NearestSingularPosition { condition, time, rows, coordinates, passed, .. }) =
             &self.nearest
@@ -253,12 +253,12 @@ impl Summary {
     }
 }
 
-/// Evaluations by the general solver of which more than this part of all are told to take long.
+/// Fallbacks to the general solver beyond this part of all evaluations are reported as slow.
 const MANY_FALLBACKS_SHARE: f64 = 0.1;
-/// Moves back onto the constraints by more permitted errors than this are told of.
+/// Projections by more than this many permitted errors are reported.
 const LARGE_MOVE: f64 = 10.0;
 
-/// A unit behind a blank; nothing where there is none.
+/// A unit after a space; empty where there is none.
 struct SpacedUnit(&'static str);
 
 impl fmt::Display for SpacedUnit {

@@ -1,4 +1,4 @@
-//! What a motion is warned of, as data.
+//! Warnings about a motion, as data, and their texts.
 
 use alloc::string::String;
 use core::fmt;
@@ -11,8 +11,8 @@ use crate::simulate::verification::missed_instability::MissedInstability;
 use crate::simulate::verification::undersampled_force::UndersampledForce;
 use crate::wording::{Part, Rounded, Times};
 
-/// Why a motion may be further from the true one than its tolerance lets hope, or else than it was meant to
-/// be. Its [`Display`](fmt::Display) is a sentence with a remedy.
+/// Why a motion may be less accurate than its tolerance suggests, or not the one that was meant. Its
+/// [`Display`](fmt::Display) is a sentence with a remedy.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
@@ -97,7 +97,7 @@ pub enum Warning {
     },
 }
 
-/// What to do about an error that half steps show.
+/// The remedy for an error that step doubling shows; the field: whether the method has stages of low order.
 struct ErrorRemedy(bool);
 
 impl fmt::Display for ErrorRemedy {

@@ -46,18 +46,18 @@ crate::error::sentence_for_debugging!(SimulationError<M: Dynamics>);
 impl<M: Dynamics> core::error::Error for SimulationError<M> {}
 
 impl<M: SimulationModel> SimulationError<M> {
-    /// What was computed before the simulation broke off; `None` where nothing was, because an option made no
-    /// sense.
+    /// The motion up to the failure; `None` where nothing was computed because an option was invalid.
     ///
-    /// The inputs closure of the simulation is gone with it: inputs are NaN, and states between steps come
-    /// from the quintic Hermite interpolant. [`SimulationError::motion_with_inputs`] takes the closure again.
+    /// The inputs closure of the simulation no longer exists. So inputs are NaN, and states between steps
+    /// come from the quintic Hermite interpolant. [`SimulationError::motion_with_inputs`] takes the closure
+    /// again.
     #[must_use]
     pub fn motion<'m>(&self, model: &'m M) -> Option<Motion<'m, M>> {
         let constants = model.constants().ok()?;
         Some(Motion::new(model, constants, None, (**self.trajectory.as_ref()?).clone()))
     }
 
-    /// What was computed before the simulation broke off, with the inputs closure that it ran with.
+    /// The motion up to the failure, with the inputs closure that it ran with.
     #[must_use]
     pub fn motion_with_inputs<'m, R: InputValues<M::Inputs>>(
         &self,

@@ -1,4 +1,4 @@
-//! How far a motion is from the true one, as a second run tells it.
+//! The global error of a motion as estimated by a second run: data, and settings of that run.
 
 pub(crate) mod display;
 
@@ -35,7 +35,7 @@ pub struct EventShift {
 /// event is looked at instead.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GlobalError {
-    /// What the second run did otherwise.
+    /// How the settings of the second run differ.
     pub reference: ReferenceSettings,
     /// Largest error of a coordinate.
     pub coordinates: LargestDifference,
@@ -63,7 +63,7 @@ pub struct GlobalError {
     pub broken_off: Option<(f64, String)>,
 }
 
-/// What of an estimated error makes a motion doubtful.
+/// Findings in an estimated error that make a motion doubtful.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ErrorFinding {
     /// The second run broke off: later errors are not known.
@@ -94,20 +94,21 @@ pub enum ErrorFinding {
     },
 }
 
-/// Errors beyond this many permitted ones are warned of.
+/// Errors above this many permitted ones are a warning.
 const LARGE_ERROR: f64 = 1e3;
 
-/// How many times smaller the tolerance of the second run is.
+/// Factor by which the tolerance of the second run is smaller: its own error is then a hundredth of that of
+/// the first.
 const TIGHTER_FACTOR: f64 = 100.0;
 
-/// A second run is worth its cost where its tolerance is smaller by this factor at least.
+/// Least factor by which rounding must permit a smaller tolerance; otherwise the second run has a larger one.
 const MIN_TIGHTER_FACTOR: f64 = 3.0;
 
-/// Where it cannot be smaller, it is larger by this factor: what is then found is mostly the error of the
-/// second run.
+/// Factor by which it is then larger. The difference is mostly the error of the second run, and so an upper
+/// bound for the first.
 const LOOSER_FACTOR: f64 = 10.0;
 
-/// What the second run did otherwise than the first.
+/// How the settings of the second run differ from those of the first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ReferenceSettings {
     /// It kept smaller tolerances, 100 times where rounding permits. The difference is the error of the first
@@ -146,7 +147,7 @@ impl ReferenceSettings {
         Self::Tighter { absolute: absolute / factor, relative: relative / factor }
     }
 
-    /// The options of the first run, with what is otherwise.
+    /// The options of the first run with these settings.
     pub(crate) fn options(self, first: StepOptions) -> StepOptions {
         match self {
             Self::HalfStep(h) => StepOptions { fixed: Some(h), ..first },

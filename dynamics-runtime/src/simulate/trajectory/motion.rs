@@ -1,4 +1,7 @@
-//! A computed motion: states at any time, and everything that follows from a state.
+//! A computed motion: states at any time, and all quantities that follow from a state.
+//!
+//! The record keeps the start of every step. To interpolate, the step is made again with the same stages and
+//! the same branches, so that dense output has the order of the method.
 
 use alloc::boxed::Box;
 use alloc::vec;
@@ -18,8 +21,8 @@ use crate::simulate::stabilization::Stabilization;
 use crate::simulate::trajectory::global_error::GlobalError;
 use crate::simulate::trajectory::record::{Counts, EventRecord, Record, Trajectory};
 
-/// Velocities that are solved for differ by no more than this part from those that are interpolated, but
-/// where rounding decides them.
+/// Velocities that are solved from constraints may differ from interpolated ones by this part of the speed. A
+/// larger difference shows that rounding determines them, as right at a bifurcation.
 const VELOCITY_DEVIATION: f64 = 0.01;
 
 /// The motion of a model, as a simulation computed it.
@@ -104,9 +107,9 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         Sampler { motion: self, cached: None, stabilization: None, replay: None }
     }
 
-    /// A sampler for looks at all steps in turn: what makes them again remembers one for the next, which
-    /// saves implicit methods most of their matrices. So states follow from the order in which they are asked
-    /// for, by a hundredth of what is permitted or so, as Newton's iterations end there.
+    /// A sampler for passes over all steps in order. It keeps the state of the method from one step to the next,
+    /// which saves implicit methods most of their matrices. So states depend on the order of the calls, by about
+    /// a hundredth of the permitted error, as Newton's iterations end differently.
     pub(crate) fn reader(&self) -> Sampler<'_, 'm, M> {
         Sampler { replay: Some(None), ..self.sampler() }
     }
@@ -309,12 +312,12 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         &self.constants
     }
 
-    /// The right-hand side as it was during the step that leaves a record.
+    /// The right-hand side as it was during the step of a record.
     pub(crate) fn rhs(&self, index: usize) -> RightHandSide<'_, 'm, M> {
         self.rhs_in(index, Vec::new())
     }
 
-    /// The same in memory that another one left: see [`Stabilization::into_workspace`].
+    /// The same, in memory that [`Stabilization::into_workspace`] of another one returned.
     pub(crate) fn rhs_in(&self, index: usize, memory: Vec<f64>) -> RightHandSide<'_, 'm, M> {
         let Record { state, usual, pace, .. } = &self.trajectory.records[index];
         let mut stabilization = self.stabilization(*usual, memory);
@@ -359,8 +362,8 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         Step { start: from.knot(), end: to.knot(), h: from.h, kept: from.kept }
     }
 
-    /// The interpolant of the step that leaves a record, by what made the one before again, if that is
-    /// remembered.
+    /// The interpolant of the step of a record. `replay`: the state of the method after the step before, if it
+    /// was kept.
     fn interpolant(&self, index: usize, replay: &mut Option<ReplayState<M>>) -> CachedInterpolant<M::Vector> {
         let step = self.step(index);
         let (mut step_replay, memory) = match replay.take() {
@@ -378,7 +381,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
                 .get_or_insert_with(|| erased_method.step_replay())
                 .interpolate(&mut rhs, &step, tolerances, judged)
         });
-        // After a reset, other constraints or another method nothing of before counts.
+        // The state of the method is useless after a reset, with other constraints or another method.
         let step_replay = step_replay.filter(|_| remade.is_some() && self.is_followed_alike(index));
         let interpolant = match remade {
             Some(remade) if !rhs.interpolant_strays(&*remade, &step, tolerances) => remade,
@@ -390,7 +393,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         CachedInterpolant { index, interpolant, projects }
     }
 
-    /// Whether the step that leaves a record is followed by another of the same kind.
+    /// Whether the step of a record is followed by one of the same method with the same constraints.
     fn is_followed_alike(&self, index: usize) -> bool {
         let [here, next] = [0, 1].map(|i| &self.trajectory.records[index + i]);
         let methods = [0, 1]
@@ -398,9 +401,9 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         next.h != 0.0 && here.state.modes() == next.state.modes() && methods[0] == methods[1]
     }
 
-    /// The interpolant of a step by its ends alone, which are known in any case: where the step cannot be
-    /// made again, as where the law changed its mind, or where one of its stages lies right beside a singular
-    /// position, unless the step made `remade` is nearer to the constraints.
+    /// The interpolant of a step by its ends alone. It is used where the step cannot be made again, as where an
+    /// inputs closure returns other values, or where a stage lies next to a singular position, unless the step
+    /// that was made again (`remade`) is nearer to the constraints.
     #[cold]
     fn interpolant_of_ends(
         &self,
@@ -433,7 +436,7 @@ fn nan<V: Vector>() -> V {
     out
 }
 
-/// The interpolant of the step that leaves a record, and whether states on it have to be projected.
+/// The interpolant of the step of a record, and whether its states have to be projected.
 struct CachedInterpolant<V> {
     index: usize,
     interpolant: Interpolant<V>,
@@ -444,14 +447,14 @@ struct CachedInterpolant<V> {
 pub struct Sampler<'a, 'm, M: SimulationModel> {
     motion: &'a Motion<'m, M>,
     cached: Option<CachedInterpolant<M::Vector>>,
-    /// Puts states onto the constraints, where `.consistent_output()` or the step asks for it.
+    /// Projects states onto the constraints, where `.consistent_output()` or the step requires it.
     stabilization: Option<Stabilization<M>>,
-    /// What made the last step again, if it is to be remembered and is.
+    /// State of the method after the last step: `None` where it is not to be kept.
     replay: Option<Option<ReplayState<M>>>,
 }
 
-/// What made a step again, if it may go on with another one, and which; and what constraints are kept in,
-/// whoever makes the next.
+/// State of the method after a step that was made again, the index of the step that it can go on with, and
+/// the memory of the constraint stabilization.
 struct ReplayState<M: SimulationModel> {
     step_replay: Option<Box<dyn StepReplay<M>>>,
     next: usize,
@@ -463,7 +466,7 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
         self.motion
     }
 
-    /// As [`Trajectory::find`], where states are asked for in turn without a search.
+    /// [`Trajectory::find`], without a search where times follow each other.
     fn find(&self, t: f64) -> Option<usize> {
         let trajectory = &self.motion.trajectory;
         let direction = trajectory.direction();
@@ -491,15 +494,14 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
         }
         let (mut between, projected) = self.between(index, t);
         if M::IS_FREE {
-            // The interpolant is where it belongs.
+            // Without constraints the interpolant is exact enough.
         } else if !projected && let Some(y) = self.bridge_singularity(index, (t - state.t()) / h) {
             (*between.q_mut(), *between.u_mut()) = (y.q, y.u);
         }
         self.motion.complete(between)
     }
 
-    /// The state in the step that leaves a record; and whether it is where it belongs, as far as it was to be
-    /// put there.
+    /// The state within the step of a record, and whether a projection that was required succeeded.
     fn between(&mut self, index: usize, t: f64) -> (M::State, bool) {
         let trajectory = &self.motion.trajectory;
         let Record { state, h, usual, .. } = trajectory.records[index];
@@ -515,13 +517,12 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
         let stabilization =
             self.stabilization.get_or_insert_with(|| self.motion.stabilization(usual, Vec::new()));
         stabilization.mean_sensitivity = usual;
-        // Constraints may contain inputs; the law sees those that are held.
+        // Constraints may contain inputs; the closure reads those that are held.
         let mut projected = self.motion.complete(between);
         let mut done =
             stabilization.project_between(self.motion.model, &mut projected, &trajectory.tolerances);
         if trajectory.erased_method.is_none() {
-            // Driven throughout, velocities are solved for: right in a bifurcation that was passed, rounding
-            // decides them.
+            // In position analysis velocities follow from constraints. Right at a bifurcation rounding determines them.
             let speed = max_abs(y.u.as_slice()) + max_abs(state.u().as_slice());
             let apart =
                 projected.u().as_slice().iter().zip(y.u.as_slice()).map(|(to, from)| (to - from).abs());
@@ -531,8 +532,8 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
         (between, done)
     }
 
-    /// Right beside a singular position rounding decides where a state ends that is put onto the constraints:
-    /// from states on both sides of it, with their accelerations.
+    /// The state right at a singular position, where rounding determines a projection: interpolated between
+    /// states on both sides, with their accelerations.
     #[cold]
     fn bridge_singularity(&mut self, index: usize, theta: f64) -> Option<Phase<M::Vector>> {
         const WIDTHS: [f64; 3] = [0.01, 0.03, 0.09];

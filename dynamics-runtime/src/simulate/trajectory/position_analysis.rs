@@ -22,7 +22,7 @@ const GAUSS: [(f64, f64); 5] = [
 ];
 
 impl<'m, M: SimulationModel> Motion<'m, M> {
-    /// From the states that were solved, in order and at least one, with their accelerations.
+    /// The motion of solved states with their accelerations, in order and at least one.
     pub(crate) fn of_positions(
         model: &'m M,
         constants: M::Constants,
@@ -46,7 +46,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
             erased_method: None,
             relay: None,
             reason: reason.clone(),
-            // No error is estimated: states are put onto the constraints wherever these can be solved.
+            // No error is estimated, and states are always projected onto the constraints.
             tolerances: Tolerances { absolute: f64::INFINITY, relative: 0.0 },
             records: states.into_iter().enumerate().map(record).collect(),
             output_times: interval.map(|interval| every(start, end, interval)),
@@ -65,8 +65,8 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
 }
 
 impl<M: SimulationModel> Sampler<'_, '_, M> {
-    /// Sums the works of the step that leaves a record by Gauss–Legendre quadrature on so many parts of it,
-    /// where no stages are known.
+    /// Adds the works of the step of a record by Gauss–Legendre quadrature on `parts` parts of it, where stages
+    /// are not known.
     pub(crate) fn meter_by_quadrature(&mut self, index: usize, parts: u32, work: &mut [f64]) -> bool {
         let motion = self.motion();
         let Record { state, h, .. } = motion.trajectory.records[index];

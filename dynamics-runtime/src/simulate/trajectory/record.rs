@@ -1,4 +1,4 @@
-//! What a run leaves behind: the accepted steps, the events and the counts.
+//! The record of a run: accepted steps, events and counts.
 
 use alloc::string::String;
 use alloc::sync::Arc;
@@ -15,17 +15,17 @@ use crate::simulate::trajectory::global_error::GlobalError;
 
 /// An accepted state and the step that leaves it.
 pub(crate) struct Record<M: Model> {
-    /// With the inputs that are held there; a law's are computed again when asked for.
+    /// With the inputs that are held there. Those of a closure are computed again on demand.
     pub(crate) state: M::State,
     pub(crate) accelerations: M::Vector,
     /// Size of the step from here to the next record; 0 where none leaves: at a reset and at the end.
     pub(crate) h: f64,
-    /// How that step was kept on the constraints.
+    /// How that step was projected and on which branches, so that it can be made again.
     pub(crate) kept: StepFlags,
-    /// How much projections amplified residuals before it, in the mean: what was projected in it, and is when
-    /// it is made again, follows from that.
+    /// Mean sensitivity of the projections before this step. It determines which states of the step were
+    /// projected, and are projected when it is made again.
     pub(crate) usual: Option<f64>,
-    /// The time in which gains that are tied to it took back what had drifted; 0 with other formulations.
+    /// Time constant in which adaptive Baumgarte gains took back drift; 0 with other formulations.
     pub(crate) pace: f64,
 }
 

@@ -1,8 +1,7 @@
 //! The work–energy account: E(end) − E(start) = Σ work of forces + Σ changes at resets.
-//!
-//! The work of every named power is integrated by the method itself, as if it were one more state: W += h Σ
+//! The work of every named power is integrated by the method itself, as if it were another state: W += h Σ
 //! bᵢ Pᵢ over the stages of each step. So it has the order of the method, and the account closes to the
-//! tolerance of the run; what is left open measures the error of the motion and of the account together.
+//! tolerance of the run. The closure error measures the errors of the motion and of the account together.
 
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -16,9 +15,9 @@ use crate::simulate::erased_method::{SharedMethod, StepReplay};
 use crate::simulate::right_hand_side::state_on_branches;
 use crate::simulate::trajectory::motion::{Motion, Sampler};
 
-/// Quarters, as where positions are solved: see `Motion::add_work`.
+/// Parts of long steps for quadrature, as in position analysis: see `Motion::add_work`.
 const QUADRATURE_PARTS: u32 = 4;
-/// Relative error with which energies are evaluated.
+/// Relative rounding error of evaluated energies. Resets that change the energy by less are ignored.
 const ENERGY_ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Work of one force, or the energy that resets at one event brought.
@@ -76,9 +75,9 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         history.errors.into_iter().map(|(t, error)| (t, error / scale)).collect()
     }
 
-    /// `works`: the works of forces are integrated, which makes every step again; else they are NaN. `visit`
-    /// looks at the step that leaves each record, while it is at hand: steps of implicit methods are as
-    /// costly to make again as they were.
+    /// The energy along the record. With `works` the works of forces are integrated, which makes every step
+    /// again; otherwise they are NaN. `visit` is called with each step while its interpolant is cached, because
+    /// steps of implicit methods are as costly to repeat as they were.
     pub(crate) fn energy_history(
         &self,
         works: bool,
@@ -101,8 +100,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
                 None => first = energy,
                 Some(last) if records[last].h == 0.0 => {
                     let change = energy - before;
-                    // What sticks or turns an elastic impact around changes no energy: what is left is the
-                    // rounding of T and V.
+                    // Sticking and elastic impacts change no energy; a smaller change is rounding of T and V.
                     if change.is_nan() || change.abs() > ENERGY_ROUNDING * size.max(size_before) {
                         reset_energy += change;
                         self.add_reset(&mut resets, state.t(), change);
@@ -162,8 +160,8 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         let done = self.is_repeatable()
             && match self.trajectory.erased_method_of(index) {
                 Some(erased_method) => self.meter(erased_method, sampler, index, work),
-                // Steps are as long as Newton's method permits, up to a radian of a crank: on quarters of
-                // them the quadrature leaves about 10⁻¹² of the energy (slider-crank, Jansen's leg).
+                // Steps of a position analysis are up to a radian of a crank long. On quarters of them the quadrature error
+                // is about 10⁻¹² of the energy (slider-crank, Jansen's leg).
                 None => sampler.meter_by_quadrature(index, 4, work),
             };
         if !done {
@@ -181,13 +179,12 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     ) -> bool {
         let weights = erased_method.weights();
         if weights.is_empty() {
-            // Five nodes are exact up to degree nine: enough for what the quintics of implicit methods make
-            // of powers. Series have higher orders, and longer steps.
+            // Five nodes are exact up to degree nine, enough for powers along the quintics of implicit methods. Taylor
+            // series have higher orders and longer steps.
             let long = erased_method.needs_series();
             sampler.meter_by_quadrature(index, if long { QUADRATURE_PARTS } else { 1 }, work)
         } else if self.step(index).kept.between {
-            // Its stages are off by what was taken back at its end, and so are their reactions; states
-            // between are projected.
+            // Its stages are off the constraints, and so are their reactions. Interpolated states are projected.
             sampler.meter_by_quadrature(index, QUADRATURE_PARTS, work)
         } else {
             self.meter_by_stages(&mut *erased_method.step_replay(), weights, index, work)

@@ -1,4 +1,4 @@
-//! The estimated error in the words of the summary.
+//! Text of the estimated error in the summary.
 
 use alloc::vec::Vec;
 use core::fmt;
@@ -84,7 +84,7 @@ impl GlobalError {
         Ok(())
     }
 
-    /// What makes the motion doubtful.
+    /// Findings that make the motion doubtful.
     #[must_use]
     pub fn findings(&self) -> Vec<ErrorFinding> {
         let mut findings = Vec::new();
@@ -107,8 +107,7 @@ impl GlobalError {
         findings
     }
 
-    /// The error between steps, where it is worth saying: beyond ten permitted ones, and twice that at the
-    /// ends.
+    /// The error between steps, where it is more than ten permitted errors and more than twice that at the ends.
     fn more_between(&self) -> Option<f64> {
         let ratio = self.ratio?;
         self.between.filter(|between| *between > 2.0 * ratio && *between > 10.0)
