@@ -53,6 +53,12 @@ const RECIPROCAL: [f64; MOST_ORDER + 2] = {
     table
 };
 
+/// k and 1/k.
+#[inline(always)]
+fn with_reciprocal(k: usize) -> [f64; 2] {
+    [k as f64, RECIPROCAL[k]]
+}
+
 /// Factors of all lanes, order by order.
 #[derive(Clone, Debug)]
 pub struct Rows<const B: usize> {
@@ -135,7 +141,7 @@ pub fn expand<const N: usize, const B: usize>(
     for k in 1..order {
         let sums = lanes.sums(k);
         let t = if k == 1 { scale } else { 0.0 };
-        let (a, left, right) = next(t, &of_q, &of_u, &[k as f64, RECIPROCAL[k]], &sums.values());
+        let (a, left, right) = next(t, &of_q, &of_u, &with_reciprocal(k), &sums.values());
         lanes.store(k, left, right);
         advance(&mut of_q, &mut of_u, k, &a);
     }

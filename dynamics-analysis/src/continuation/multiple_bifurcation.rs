@@ -112,7 +112,7 @@ fn find_arms<M: Constraints + Powers>(
     };
     let (mut found, mut directions, mut successes): (Vec<Sample<M>>, Vec<Direction>, usize) =
         (Vec::new(), Vec::new(), 0);
-    let mut numbers = Numbers(0x5eed);
+    let mut numbers = RandomNumbers(0x5eed);
     let mut in_vain = 0;
     for guess in 0..MAX_GUESSES_PER_DIMENSION * space.len() {
         if guess >= MIN_GUESSES_PER_DIMENSION * space.len()

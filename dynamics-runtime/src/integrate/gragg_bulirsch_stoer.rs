@@ -90,6 +90,7 @@ const fn plan(columns: Columns, most: usize) -> [PlannedEvaluation; LANE_EVALUAT
     let mut plan = [call; LANE_EVALUATIONS];
     let mut lane = 0;
     while lane < COUNT {
+        // Column i of the lane, its substeps so far, and the evaluation.
         let (mut i, mut made, mut at) = (0, 1, 0);
         while at < LANE_EVALUATIONS {
             // A finished lane evaluates the end of the step.

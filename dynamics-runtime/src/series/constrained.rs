@@ -8,7 +8,7 @@ use core::array;
 
 use nalgebra::SVector;
 
-use super::{CauchySums, MOST_ORDER, RECIPROCAL, Rows, WIDTH};
+use super::{CauchySums, MOST_ORDER, RECIPROCAL, Rows, WIDTH, with_reciprocal};
 
 /// Lanes by blocks.
 type Blocks<const B: usize> = [[f64; WIDTH]; B];
@@ -85,10 +85,10 @@ pub fn expand_constrained<
         q[2] = position(&u[1].data.0[0], 2);
     }
     for late in 1..=order + 1 {
-        let (sums_ahead, of_late) = (ahead.sums(late), [late as f64, RECIPROCAL[late]]);
+        let (sums_ahead, of_late) = (ahead.sums(late), with_reciprocal(late));
         if late > 2 {
             let k = late - 2;
-            let (t, sums, of_k) = (time(k), lanes.sums(k), [k as f64, RECIPROCAL[k]]);
+            let (t, sums, of_k) = (time(k), lanes.sums(k), with_reciprocal(k));
             let (of_q, of_u, of_shared) = (q[k].data.0[0], u[k].data.0[0], shared[k]);
             let residue = (recurrences.residue)(&of_late, &sums_ahead.values());
             let (motion, slip) = (recurrences.right)(t, &of_q, &of_u, &of_k, &of_shared, &sums.values());

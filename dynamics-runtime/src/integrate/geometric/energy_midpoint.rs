@@ -96,6 +96,7 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
             let middle = zip(y0, &end, |a, b| 0.5 * (a + b));
             let a = system.accelerations(middle_t, &middle.q, &middle.u)?;
             self.k[1] = Phase { q: middle.u, u: a };
+            // β from the defect of the energy: E changes by 2hβ times the kinetic energy of the middle.
             if let Some(energy) = energy {
                 let missing = |end: &Phase<V>, system: &mut S| {
                     system.energy(start.t + h, end).map_or(0.0, |there| energy - there)
@@ -113,6 +114,7 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
                     }
                 }
             }
+            // The end with this β, and whether the iterations have converged.
             let new = Self::end(y0, h, &a, &middle.u, beta);
             let values = (0..V::LEN).map(|l| (end.u[l], new.u[l], y0.u[l]));
             let next = progress.judge(relative_correction(values, (y0.q.as_slice(), h)));

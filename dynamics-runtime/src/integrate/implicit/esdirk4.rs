@@ -183,6 +183,7 @@ impl<V: Vector> Esdirk4<V> {
             if !self.factor(h) {
                 return Ok(StageOutcome::Slow);
             }
+            // Newton's correction of U, and its size for U and hγU.
             let mut change = base.u;
             (0..V::LEN).for_each(|l| change[l] += step * a[l] - u[l]);
             solve(self.matrices.one(2), &self.exchanges, &mut change);
@@ -198,6 +199,7 @@ impl<V: Vector> Esdirk4<V> {
             if !size.is_finite() {
                 return Ok(StageOutcome::NotFinite);
             }
+            // The rate of convergence gives what is left of the error; where it is slow the Jacobian is renewed.
             let rate = if iteration > 1 { size / before } else { 1.0 };
             if iteration > 1 {
                 self.rate = self.rate.max(rate);
@@ -304,6 +306,7 @@ impl<V: Vector> Scheme<V> for Esdirk4<V> {
             self.has_jacobian = false;
             return Ok((start.y, if self.solved { f64::NAN } else { f64::INFINITY }));
         }
+        // The end, and the filtered difference from the embedded formula.
         let base = self.stage_base(&start.y, h, STAGES - 1);
         let last = &self.k[STAGES - 1];
         let mut end = Phase { q: base.q, u: last.q };

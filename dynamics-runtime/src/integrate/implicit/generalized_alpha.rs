@@ -384,6 +384,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
             (self.end, self.k[1].u) = (self.end(start, h), self.method_acceleration());
             let (y, qdd) = (self.end, self.k[1].u);
             self.k[1].q = y.u;
+            // 1. The correction of a, with a new matrix where the iterations are slow.
             let a = system.accelerations(start.t + h, &y.q, &y.u)?;
             let at = StepNode { t: start.t + h, y, a };
             if needs_matrix && !self.factor(system, &at, h)? {
@@ -404,6 +405,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
             }
             (self.a, by_constraints) =
                 (plus_scaled(&self.a, 1.0, &change), plus_scaled(&by_constraints, h * h * beta, &onto));
+            // 2. Converged: the rest is small enough, or the correction is rounding.
             if iteration > 1 {
                 rate = size / before;
             }
@@ -419,6 +421,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
                 return Ok(largest(&by_constraints)
                     <= MOST_CONSTRAINT_PART * largest(&way) + CORRECTION_ROUNDING * self.summands(start, h));
             }
+            // 3. Diverged, or another iteration.
             if size > DIVERGENCE_GROWTH * first {
                 return Ok(false);
             }

@@ -425,6 +425,7 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         let permitted = self.estimate_tolerances(tolerances);
         let scale = zip(&start.y, &start.y, |x, y| permitted.scale(x, y));
         let enough = newton_tolerance(tolerances, &permitted);
+        // 1. The Jacobian: kept while Newton's iterations converge fast, else evaluated here.
         let mut staged = self.stage_jacobian_steps.0 > 0;
         let keeps = !staged
             && self.last.is_some_and(|last| last.keeps_jacobian)
@@ -435,6 +436,7 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
             self.differentiate(system, start)?;
             fresh = true;
         }
+        // 2. The stages. Where the iterations fail: first a new Jacobian, then one for each stage.
         loop {
             self.z = match (replay_z, &self.last) {
                 (Some(z), _) => z,
@@ -467,6 +469,7 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
                 NewtonOutcome::NotFinite => return Ok((start.y, f64::NAN)),
             }
         }
+        // 3. The end is the last stage.
         let end = self.stage(start, h, 2);
         let error = self.estimate(system, start, &end, h, &permitted);
         Ok((end, error))
