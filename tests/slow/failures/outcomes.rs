@@ -375,7 +375,7 @@ mod contradictions {
         };
         assert!(rows.count() == 2 && coordinates.names().eq(["y"]));
         let SimulationErrorKind::Solve(SolveError::Contradiction { row, rank, .. }) = cause.kind else {
-            panic!("{met:?}")
+            panic!("{cause:?}")
         };
         assert!(row == "first" || row == "second");
         assert_eq!((rank, error.time), (1, 0.0));
