@@ -58,7 +58,7 @@ impl Hoop {
     }
 }
 
-/// Lets beads go 0.05 rad beside the bottom, on a hoop that turns slower than the pitchfork and on a faster one.
+/// Lets beads go 0.05 rad beside the bottom, on a hoop slower than the pitchfork and on a faster one.
 fn let_go<'m>(slow: &'m Hoop, fast: &'m Hoop) -> Result<[Motion<'m, Hoop>; 2], Box<dyn std::error::Error>> {
     let swing = |hoop: &Hoop| hoop.state().theta(0.05).build();
     let (stays, leaves) =

@@ -99,7 +99,8 @@ impl Building {
     }
 }
 
-/// A hammer's blow of 1 N s on the roof, simulated: its spectrum is the response to wind, |H| = ½ T · amplitude.
+/// A hammer's blow of 1 N s on the roof, simulated: its spectrum is the response to wind,
+/// |H| = ½ T · amplitude.
 fn hammer(
     tuned: &Building,
     space: &StateSpace,

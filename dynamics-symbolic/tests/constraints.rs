@@ -445,16 +445,12 @@ proptest! {
         let rates = at(&c, &e.velocity_residual, &v);
         let numeric = quotient(&c, &e.residual, |s| drift(&v, s));
         prop_assert!(near(&rates[..e.holonomic], &numeric, 1e-9), "{rates:?} {numeric:?}");
-        let gamma = at(&c, &e.gamma, &v);
-        let numeric: Vec<f64> =
-            quotient(&c, &e.velocity_residual, |s| drift(&v, s)).iter().map(|x| -x).collect();
+        let gamma: Vec<f64> = at(&c, &e.gamma, &v).iter().map(|x| -x).collect();
+        let numeric = quotient(&c, &e.velocity_residual, |s| drift(&v, s));
         prop_assert!(near(&gamma, &numeric, 1e-9), "{gamma:?} {numeric:?}");
         // Rows are linear in the velocities: A u + b.
         let (j, offset) = (matrix(&c, &e.jacobian, &v), at(&c, &e.velocity_offset, &v));
-        let linear: Vec<f64> =
-            j.iter().zip(&offset)
-                .map(|(row, b)| row.iter().zip(&v.u).map(|(a, u)| a * u).sum::<f64>() + b)
-                .collect();
+        let linear: Vec<f64> = j.iter().zip(&offset).map(|(row, b)| dot(row, &v.u) + b).collect();
         prop_assert!(near(&linear, &rates, 1e-12), "{linear:?} {rates:?}");
         for i in 0..recipe.coordinates {
             let moved = |s: f64| { let mut v = v.clone(); v.u[i] += s; v };
@@ -469,14 +465,11 @@ proptest! {
         let e = constraints(&c);
         let (n, v) = (recipe.coordinates, values(recipe.coordinates, e.rows.len(), &x));
         let d = e.derivatives.as_ref().expect("small");
-        let column = |rows: &[Vec<NodeId>], j: usize| {
-            rows.iter().map(|row| at(&c, &[row[j]], &v)[0]).collect::<Vec<_>>()
-        };
+        let column = |m: &[Vec<_>], j: usize| m.iter().map(|row| at(&c, &[row[j]], &v)[0]).collect::<Vec<_>>();
         for j in 0..n {
             let by_q = |s: f64| { let mut v = v.clone(); v.q[j] += s; v };
             let by_u = |s: f64| { let mut v = v.clone(); v.u[j] += s; v };
-            let each: Vec<NodeId> = e.jacobian.concat();
-            let slopes = quotient(&c, &each, by_q);
+            let slopes = quotient(&c, &e.jacobian.concat(), by_q);
             let reaction: Vec<f64> =
                 (0..n).map(|i| (0..e.rows.len()).map(|r| slopes[r * n + i] * v.lambda[r]).sum()).collect();
             prop_assert!(near(&column(&d.reaction_by_q, j), &reaction, 1e-8));
@@ -523,9 +516,7 @@ proptest! {
         });
         prop_assume!(guarded);
         let jacobians = c.equations.jacobians.as_ref().expect("small");
-        let column = |rows: &[Vec<NodeId>], j: usize| {
-            rows.iter().map(|row| at(&c, &[row[j]], &v)[0]).collect::<Vec<_>>()
-        };
+        let column = |m: &[Vec<_>], j: usize| m.iter().map(|row| at(&c, &[row[j]], &v)[0]).collect::<Vec<_>>();
         for j in 0..recipe.coordinates {
             let by_q = |s: f64| { let mut v = v.clone(); v.q[j] += 0.1 * s; v };
             let by_u = |s: f64| { let mut v = v.clone(); v.u[j] += s; v };
@@ -559,9 +550,8 @@ proptest! {
         let expected: f64 = at(&c, &powers, &v).iter().sum();
         let path = |s: f64| {
             let step = |x: &[f64], y: &[f64], z: &[f64]| -> Vec<f64> {
-                (0..x.len())
-                    .map(|i| x[i] + s * y[i] + s * s / 2.0 * z.get(i).copied().unwrap_or(0.0))
-                    .collect()
+                let curved = |i: usize| s * s / 2.0 * z.get(i).copied().unwrap_or(0.0);
+                (0..x.len()).map(|i| x[i] + s * y[i] + curved(i)).collect()
             };
             Values { t: v.t + s, q: step(&v.q, &v.u, &v.a), u: step(&v.u, &v.a, &[]), ..v.clone() }
         };
