@@ -27,6 +27,7 @@ mod equations;
 mod forces;
 mod inverse;
 mod lagrange;
+mod limits;
 mod model;
 mod released;
 mod solution;
@@ -43,8 +44,9 @@ pub use equations::{
     General, Jacobians, Named, NoDerivatives, NoSpeedForm, Pivot, Released, Solution, SpeedEquations,
     Underivable, Variations,
 };
+pub use limits::MOST_OPERATIONS;
 pub use model::{
     AngleSet, Body, Claim, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force,
     ForceTerm, FrameStep, Function, Input, Model, Output, Parameter, Premise, Speed,
 };
-pub use solution::{MOST_OPERATIONS, Manifold};
+pub use solution::Manifold;

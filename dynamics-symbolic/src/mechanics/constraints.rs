@@ -12,7 +12,7 @@ use crate::calculus::{directional, gradient, remove_time, substitute};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::equations::{ConstraintDerivatives, Named};
-use super::inverse::MOST_NODES;
+use super::limits::MOST_NODES;
 use super::model::symbols;
 use super::model::{Constraint, Model};
 use super::velocity_form::transport;

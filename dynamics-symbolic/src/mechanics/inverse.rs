@@ -8,8 +8,8 @@ use crate::calculus::{ZeroDenominator, directional, gradient, remove_time, subst
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::equations::{Jacobians, Variations};
+use super::limits::MOST_NODES;
 use super::model::symbols;
-use super::solution::MOST_OPERATIONS;
 
 /// r = M q̈ − Q with symbols for q̈, from the entries of M and Q.
 pub(super) fn residual_by_entries(g: &mut Graph, mass: &[Vec<NodeId>], force: &[NodeId]) -> Vec<NodeId> {
@@ -98,10 +98,6 @@ impl From<ZeroDenominator> for Failure {
         Self::ZeroDenominator
     }
 }
-
-/// Nodes after which deriving Jacobians is given up: three for each operation that can be emitted. The
-/// largest model that fits takes half.
-pub(super) const MOST_NODES: usize = 3 * MOST_OPERATIONS;
 
 /// What all derivatives of q̈ need.
 struct ImplicitDerivatives<'a> {

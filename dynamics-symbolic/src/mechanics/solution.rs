@@ -12,6 +12,7 @@ use super::constraints::{ConstraintTerms, reaction};
 use super::equations::{General, Jacobians, NoDerivatives, Pivot, Released, Solution, Underivable};
 use super::inverse::{Failure, Residual, SolvedFor, SweepDirection, jacobians, residual_by_entries};
 use super::lagrange::Inertia;
+use super::limits::MOST_OPERATIONS;
 use super::model::Constraint;
 use super::released::released;
 use super::velocity_form::along_motion;
@@ -24,10 +25,6 @@ pub struct Manifold<'a> {
     /// Rows repeat each other, everywhere or on the manifold.
     pub redundant: bool,
 }
-
-/// Most operations of one emitted function. Beyond, rustc takes minutes, and the general solver, which works
-/// on arrays, takes over.
-pub const MOST_OPERATIONS: usize = 20_000;
 
 /// How many times cheaper than LDLᵀ of M articulated-body elimination has to be. One joint waits for the
 /// next there, whereas the columns of M are independent of each other: a cart with ten links took 1.2 times

@@ -56,7 +56,7 @@ pub(super) struct IntegrandCorners<'w, 'a, 'm, M: Simulate> {
 }
 
 /// A time, the derivatives of the integrand, and its value.
-type Sample = (f64, DVector<f64>, f64);
+type CornerSample = (f64, DVector<f64>, f64);
 
 impl<M: Simulate + Parameters + Clone> IntegrandCorners<'_, '_, '_, M> {
     /// The times, by growing time, between which derivatives jump.
@@ -96,7 +96,7 @@ impl<M: Simulate + Parameters + Clone> IntegrandCorners<'_, '_, '_, M> {
     }
 
     /// The integrand and its scaled derivatives at a time.
-    fn sample(&mut self, t: f64) -> Result<Sample, SensitivityError> {
+    fn sample(&mut self, t: f64) -> Result<CornerSample, SensitivityError> {
         let n = M::Vector::LEN;
         let state = self.linear.sampler.at(t);
         let (a, _) = self.linear.of(&state)?;
@@ -125,7 +125,7 @@ impl<M: Simulate + Parameters + Clone> IntegrandCorners<'_, '_, '_, M> {
                 continue;
             }
             let at = |k: usize| if k == 8 { b } else { a + (b - a) * k as f64 / 8.0 };
-            let samples = (0..9).map(|k| self.sample(at(k))).collect::<Result<Vec<Sample>, _>>()?;
+            let samples = (0..9).map(|k| self.sample(at(k))).collect::<Result<Vec<CornerSample>, _>>()?;
             let mut rough = DVector::zeros(samples[0].1.len());
             samples
                 .iter()
@@ -160,9 +160,13 @@ impl<M: Simulate + Parameters + Clone> IntegrandCorners<'_, '_, '_, M> {
     }
 
     /// The times on both sides of a jump, by bisection; `None` if there is only a steep slope.
-    fn locate(&mut self, left: &Sample, right: &Sample) -> Result<Option<[f64; 2]>, SensitivityError> {
+    fn locate(
+        &mut self,
+        left: &CornerSample,
+        right: &CornerSample,
+    ) -> Result<Option<[f64; 2]>, SensitivityError> {
         let (mut left, mut right) = (left.clone(), right.clone());
-        let size = |a: &Sample, b: &Sample| (&b.1 - &a.1).amax();
+        let size = |a: &CornerSample, b: &CornerSample| (&b.1 - &a.1).amax();
         let mut jump = size(&left, &right);
         loop {
             let width = JUMP_WIDTH_IN_ROUNDINGS * f64::EPSILON * left.0.abs().max(right.0.abs());

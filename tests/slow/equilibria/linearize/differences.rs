@@ -145,7 +145,7 @@ fn what_is_refused() {
     assert!(error.to_string().contains("in which nothing can be assembled"), "{error}");
     let model = Parallelogram { inertia: 1.0, l: 1.0, wide: 2.0, k: 0.0, rest: 0.0 };
     let error = model.linearize(&model.state().build().unwrap()).unwrap_err();
-    assert!(matches!(error, LinearizeError::SingularPosition { rank: 1, beside: Some(2) }), "{error}");
+    assert!(matches!(error, LinearizeError::SingularPosition { rank: 1, rank_nearby: Some(2) }), "{error}");
     let beside = model.state().a(0.5).c(0.5).build().unwrap();
     assert_eq!(model.linearize(&beside).unwrap().velocities.len(), 1);
     let error = model.linearize_in(&beside, &["a", "c"]).unwrap_err();
