@@ -25,9 +25,10 @@ use crate::graph::{Dependence, Fingerprint, Graph, Node, NodeId, Symbol, Unary};
 use super::constraints::{ConstraintTerms, jacobian, offsets};
 use super::equations::{NoSpeedForm, SpeedEquations};
 use super::lagrange::Inertia;
+use super::limits::MOST_OPERATIONS;
 use super::model::Model;
 use super::model::symbols;
-use super::solution::{MOST_OPERATIONS, Solved};
+use super::solution::Solved;
 use super::velocity_form::transport;
 
 /// Most coordinates for which the form of Boltzmann and Hamel is tried. Its terms grow with the cube.
