@@ -399,7 +399,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         Ok(())
     }
 
-    /// Projects the end of a step. See [`Stabilized::project`].
+    /// Projects the end of a step. See [`Stabilized::project`](crate::integrate::Stabilized::project).
     #[inline(never)]
     fn project_end(
         &mut self,

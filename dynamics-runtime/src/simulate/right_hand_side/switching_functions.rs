@@ -46,7 +46,8 @@ type Kinks = [Kink; MOST_KINKS];
 
 impl<M: Constraints> RightHandSide<'_, '_, M> {
     /// Holds the branches just after the start of a step, with the accelerations on them; `on` is false where
-    /// branches are to be released. See [`Switching::hold_branches`].
+    /// branches are to be released. See
+    /// [`Switching::hold_branches`](crate::integrate::Switching::hold_branches).
     #[cold]
     pub(crate) fn follow_branches(
         &mut self,
@@ -144,7 +145,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
 
     /// The part of the step at which the first kink changes its sign; `None` where there is none before its
     /// end. Kinks with held branches cannot be why a step `fails`, and are skipped then. See
-    /// [`Switching::kink`].
+    /// [`Switching::kink`](crate::integrate::Switching::kink).
     #[cold]
     pub(crate) fn first_kink(
         &mut self,

@@ -59,8 +59,8 @@ pub(crate) fn bounding_gain(
 ) -> Option<f64> {
     let Some(Formulation::Baumgarte { alpha, beta }) = formulation else { return None };
     let (gain, elapsed) = (alpha.max(beta), (now - start).abs());
-    let steps_per_correction = elapsed * gain / steps_made as f64;
-    (steps_made >= 1000 && (0.1..10.0).contains(&steps_per_correction)).then_some(gain)
+    let mean_step_times_gain = elapsed * gain / steps_made as f64;
+    (steps_made >= 1000 && (0.1..10.0).contains(&mean_step_times_gain)).then_some(gain)
 }
 
 /// Influence of drift on the direction of a motion. A small violation of the constraints changes the
@@ -77,8 +77,8 @@ pub struct DriftInfluence {
 mod tests {
     use super::*;
 
-    /// What is left of Φ and Φ̇ after steps of these lengths, from Φ = 1.
-    fn left(steps: impl IntoIterator<Item = f64>) -> [f64; 2] {
+    /// Φ and Φ̇ after steps of these lengths, from Φ = 1.
+    fn drift_after(steps: impl IntoIterator<Item = f64>) -> [f64; 2] {
         let (mut correction_time, mut t, [mut position, mut velocity]) =
             (CorrectionTime::default(), 0.0, [1.0, 0.0]);
         for h in steps {
@@ -93,22 +93,22 @@ mod tests {
 
     #[test]
     fn errors_are_gone_after_two_steps_of_one_size() {
-        assert!(left([0.1, 0.1]).iter().all(|x| x.abs() < 1e-15));
+        assert!(drift_after([0.1, 0.1]).iter().all(|x| x.abs() < 1e-15));
     }
 
     #[test]
     fn steps_that_are_cut_short_make_no_error_larger() {
-        // By once the length of the first step, velocities are no larger than taking it back in that makes
+        // Velocities are no larger than a correction within the length of the first step makes
         // them.
         for short in [1e-2, 1e-5, 1e-9] {
-            let [position, velocity] = left([1.0, short]);
+            let [position, velocity] = drift_after([1.0, short]);
             assert!(position.abs() < 1.0 && velocity.abs() < 2.0, "{short}: {position} {velocity}");
-            let [position, velocity] = left([1.0, short, 1.0, 1.0, 1.0]);
+            let [position, velocity] = drift_after([1.0, short, 1.0, 1.0, 1.0]);
             assert!(position.abs() < 0.1 && velocity.abs() < 0.1, "{short}: {position} {velocity}");
         }
         // However many follow each other.
         let many = (0..400).map(|k| if k == 0 { 1.0 } else { 0.05 });
-        assert!(left(many).iter().all(|x| x.abs() < 1e-6));
+        assert!(drift_after(many).iter().all(|x| x.abs() < 1e-6));
     }
 
     #[test]
