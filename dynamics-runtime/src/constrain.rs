@@ -277,6 +277,7 @@ pub fn with_workspace<M: Constraints, R>(f: impl FnOnce(&mut [f64]) -> R) -> R {
 }
 
 /// q̈ and λ by the general solver, whatever the generated code could do.
+///
 /// A mass matrix or force that is not finite gives NaN accelerations, as in models without constraints.
 ///
 /// # Errors
@@ -347,9 +348,9 @@ fn solve_frictionless<M: Constraints>(
         return Ok(undefined());
     };
     if factored.system.has_vanished_row {
-        // A row is zero. At a change point, where constraints cross, that is regular. Where the row is zero on the
-        // whole manifold, the constraint restricts nothing, and the check reports it. The check uses the same memory,
-        // so that the factors are computed again.
+        // A row is zero. At a change point, where constraints cross, that is regular. Where the row is zero
+        // on the whole manifold, the constraint restricts nothing, and the check reports it. The check uses
+        // the same memory, so that the factors are computed again.
         check_gradients(model, state, workspace)?;
         let Some(refactored) = FactoredEquations::new(model, state, &active, with_forces, workspace)? else {
             return Ok(undefined());
@@ -448,8 +449,8 @@ struct FactoredEquations<'w> {
 }
 
 impl<'w> FactoredEquations<'w> {
-    /// Factors the rows that `active` admits. Without `with_forces` Q is 0, even where an input was never set:
-    /// for callers that need no forces or bring their own. `None` where M or Q is not finite.
+    /// Factors the rows that `active` admits. Without `with_forces` Q is 0, even where an input was never
+    /// set: for callers that need no forces or bring their own. `None` where M or Q is not finite.
     fn new<M: Constraints>(
         model: &M,
         state: &M::State,

@@ -6,6 +6,7 @@
 //! or torque that the drive has to give, of the others the reactions. The result is a [`KinematicMotion`],
 //! which is a [`Motion`] (charts, tables, animations, `reaction_at("drive", t)`) with a summary of its own.
 //! States between the steps are solved too.
+//!
 //! Singular positions end the analysis with an error that names the time, the kind, the rows and the
 //! coordinates:
 //!
@@ -279,8 +280,8 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         })
     }
 
-    /// The error for a start without full rank. Degrees of freedom also exist at a nearby state; in a singular
-    /// position the rank is full there.
+    /// The error for a start without full rank. Degrees of freedom also exist at a nearby state; in a
+    /// singular position the rank is full there.
     fn not_driven(&self, scaling: &PathScaling, state: &M::State, svd: &JacobianSvd) -> Kind {
         let n = M::Vector::LEN;
         let mut beside = *state;
@@ -464,8 +465,8 @@ impl<'c, M: Constraints> Path<'c, M> {
         Ok(())
     }
 
-    /// Whether branches touch at a bifurcation: the smallest singular value then falls faster than in proportion
-    /// to the distance.
+    /// Whether branches touch at a bifurcation: the smallest singular value then falls faster than in
+    /// proportion to the distance.
     fn branches_touch(&self, at: &M::State) -> bool {
         let distance = |point: &PathPoint<M>| (at.t() - point.state.t()).abs();
         let last = self.last();

@@ -1,4 +1,5 @@
 //! Consistent starts: checks of states against the constraints, and assembly of states that fulfil them.
+//!
 //! **Positions** that were not given solve Φ(q, t) = 0 by a damped Gauss–Newton method from their guesses.
 //! Of all solutions of the linearised constraints each step takes the shortest in the norm ‖δ‖² = Σ
 //! Mᵢᵢ δᵢ², so that nothing moves without need. The invariant test of Deuflhard's NLEQ-ERR controls
@@ -6,10 +7,12 @@
 //! that the iterates stay near the path from the guess to its own branch. Where that path ends at a singular
 //! configuration, the Levenberg–Marquardt method looks for the closest approach. A gap that remains there
 //! is an error with its size.
+//!
 //! **Velocities** that were not given are those of least kinetic energy among all that fulfil Φ_q
 //! q̇ + Φ_t = 0 and A q̇ + b = 0 together with the given ones. In a singular position branches meet, and
 //! the velocities of least energy belong to none of them. There the given velocities must determine the
 //! branch, otherwise it is an error. Accelerations and multipliers follow from the equations of motion.
+//!
 //! Released constraints are ignored. Without the feature `alloc` the matrices are on the stack.
 
 mod positions;
@@ -34,6 +37,7 @@ pub(crate) use workspace::weigh;
 /// Largest violation with which a state counts as consistent: |Φ| / ‖Φ_q‖ in parts of the size of what
 /// the row involves. Coordinates that are given with seven digits leave that much. Projection removes it
 /// before a simulation begins.
+///
 /// The size depends on the purpose. For a start it is the largest value among coordinates of the same unit,
 /// of angles at least 1 rad, so that a mechanism of micrometres may miss by millionths of a micrometre. For
 /// its velocities it is the larger of the largest velocity and the largest value per unit of time, because a
@@ -170,6 +174,7 @@ fn reject_vanishing_gradient<M: Constraints>(row: Option<usize>) -> Result<(), S
 
 /// Completes a state: solves for the positions, then the velocities that were not given, so that the
 /// constraints hold to rounding.
+///
 /// `state` contains the given values, guesses of other coordinates, and 0 elsewhere. `given_q` and `given_u`
 /// have N elements each and mark what must not be changed. Velocities that were not given start from 0.
 ///
@@ -380,8 +385,8 @@ fn check_velocities<M: Constraints>(
     scale: ViolationScale,
 ) -> Result<(), StateError> {
     let values = model.velocity_residual(state);
-    // At rest, and in a rotation about a fixed point, there is no speed to compare with: the tolerance is then
-    // that of the coordinates, per unit of time.
+    // At rest, and in a rotation about a fixed point, there is no speed to compare with: the tolerance is
+    // then that of the coordinates, per unit of time.
     let tolerance = |gradient: &[f64]| {
         let of_speed = violation_tolerance(model, state.u().as_slice(), gradient, (scale, 0.0));
         of_speed.max(violation_tolerance(model, state.q().as_slice(), gradient, (scale, 1.0)))

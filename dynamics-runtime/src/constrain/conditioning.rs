@@ -48,8 +48,8 @@ pub(crate) fn mass_condition_number(n: usize, mass: &[f64], has_constraints: boo
         // A unit diagonal and nothing else.
         return 1.0;
     }
-    // By elimination. Up to four rows `try_inverse` of a matrix has closed forms, which return finite numbers for
-    // matrices of rank n − 2.
+    // By elimination. Up to four rows `try_inverse` of a matrix has closed forms, which return finite numbers
+    // for matrices of rank n − 2.
     scaled.lu().try_inverse().map_or(f64::INFINITY, |inverse| size * norm(&inverse))
 }
 

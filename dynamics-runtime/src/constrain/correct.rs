@@ -80,6 +80,7 @@ pub(super) fn correct_rows<M: Constraints>(
 
 /// q̈ with Baumgarte's stabilisation: Φ_q q̈ = γ − 2αΦ̇ − β²Φ; for rows A q̇ + b, which have no Φ, γ − 2α(A
 /// q̇ + b).
+///
 /// The drift then obeys Φ̈ + 2αΦ̇ + β²Φ = 0. With α = β it decays as (1 + αt)e^{−αt}, without
 /// overshoot. An explicit method of step h must have αh within its region of stability. The reactions of a
 /// motion are those of [`super::solve`]: the force that keeps the drift small is none that the modelled

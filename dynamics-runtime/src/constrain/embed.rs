@@ -1,14 +1,17 @@
 //! Minimal coordinates by coordinate partitioning: independent coordinates, and dependent ones that follow
 //! from the constraints.
+//!
 //! The dependent coordinates q_D follow from the independent q_I by Newton's method on the block Φ_D of
 //! Φ(q, t) = 0, started from their last values. The dependent velocities follow likewise from Φ_q
 //! q̇ + Φ_t = 0 and A q̇ + b = 0, by one linear solve. With nonholonomic rows there are fewer independent
 //! velocities than coordinates. Source: Wehage & Haug, J. Mech. Design 104 (1982) 247–255.
+//!
 //! The blocks are chosen by Gaussian elimination with complete pivoting, coordinates scaled by their inertia
 //! and rows to unit length, so that light coordinates that move most become dependent. The quality of a block
 //! is its least pivot, with rows of Φ_q at unit length. [`Embedding::renew`] chooses new blocks where the
 //! quality has fallen to seven tenths of what it was, if that helps. Where a block fails, at a dead point,
 //! states are projected, weighted by masses, and counted.
+//!
 //! This is for questions about a state, and for users' own integrators. Runs use the blocks only within a
 //! step, because a step may pass a dead point, and where blocks change the errors of the independent
 //! coordinates move to others. Measured with DOP853, with stages and ends by blocks that were judged at every
@@ -133,8 +136,8 @@ impl<M: Constraints> Embedding<M> {
         Ok(())
     }
 
-    /// Computes the dependent coordinates and velocities by the blocks; false where these fail, with the state as
-    /// it was.
+    /// Computes the dependent coordinates and velocities by the blocks; false where these fail, with the
+    /// state as it was.
     fn restore_by_blocks(
         &mut self,
         model: &M,
@@ -176,7 +179,8 @@ impl<M: Constraints> Embedding<M> {
             if !size.is_finite() {
                 return Err(self.not_finite(&residual));
             }
-            // Quadratic convergence predicts the next correction: it would be rounding, or the last one gained nothing.
+            // Quadratic convergence predicts the next correction: it would be rounding, or the last one
+            // gained nothing.
             let next_change = change * (size / last_size);
             let is_converged =
                 next_change <= 2.0 * f64::EPSILON || (change <= 1e-7 && size >= 0.5 * last_size);
@@ -331,9 +335,9 @@ impl FactoredBlock<'_> {
         if self.factored.least > 1.0 { 1.0 } else { self.factored.least }
     }
 
-    /// Whether the block is singular or not finite, or a dead point lies between here and where it was chosen.
-    /// Beyond a dead point the determinant has the other sign, the independent coordinate has turned round, and
-    /// the dependent ones would follow on another branch.
+    /// Whether the block is singular or not finite, or a dead point lies between here and where it was
+    /// chosen. Beyond a dead point the determinant has the other sign, the independent coordinate has turned
+    /// round, and the dependent ones would follow on another branch.
     fn has_failed<V: Vector, R: Vector>(&self, partition: &Partition<V, R>) -> bool {
         let quality = self.quality();
         quality.is_nan() || quality < MIN_BLOCK_QUALITY || self.factored.negative != partition.negative

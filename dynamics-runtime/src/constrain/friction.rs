@@ -1,4 +1,5 @@
 //! Forces that depend on the reactions of the same instant: Coulomb friction, worm gears, rollers that wedge.
+//!
 //! ```text
 //! M a = Q(λ) + Φ_qᵀλ        Φ_q a = γ
 //! ```
@@ -11,10 +12,12 @@
 //! 6, above that a fixed sample of 64. Distinct solutions are counted, because Coulomb's law
 //! need not have one, and may have several (Painlevé 1895; Génot & Brogliato, Eur. J. Mech. A/Solids 18
 //! (1999) 653–677; Leine, Brogliato & Nijmeijer, ibid. 21 (2002) 1–22).
+//!
 //! Where Q is linear for each pattern of signs and all patterns were tried without a solution, there is
 //! provably none. Other laws are searched further, by damped steps, fixed points and growing friction
 //! (`search.rs`): creep forces of wheels behave like λ^(2/3), their tanh like λ^(-1/3). A solution that
 //! this search does not find may exist, and the error says so.
+//!
 //! A single solution is accepted only where det(I − S ∂Q/∂λ) > 0; without friction it is 1. Where the
 //! determinant is negative, a growing reaction accelerates the constraint in the wrong direction. A contact
 //! of any compliance, however stiff, leaves that solution at once, and a one-sided contact also has the
@@ -122,8 +125,8 @@ pub(super) fn solve<M: Constraints>(
     let mut problem = FrictionProblem::new(model, state, &mut factored, &mut friction_memory);
     let lu_memory = friction_memory.take(lu::memory(r));
     problem.find_rows_read();
-    // Which reactions Q reads may depend on the reactions themselves, as with a threshold. Rows are added until Q
-    // at the solution is the Q that was solved with.
+    // Which reactions Q reads may depend on the reactions themselves, as with a threshold. Rows are added
+    // until Q at the solution is the Q that was solved with.
     for _ in 0..=r {
         let assumed = if problem.k == 0 {
             M::Rows::zeros()
@@ -309,12 +312,12 @@ impl<'w, 'm, M: Constraints> FrictionProblem<'w, 'm, M> {
         SolveError::FrictionUnsolved { row, reactions: self.k, tried: pattern_count(self.k) }
     }
 
-    /// Whether Q is the same for all reactions of the same motion, though these are not unique: Q(λ + z) = Q(λ)
-    /// wherever Φ_qᵀz = 0. That holds for feet that repeat each other and have one coefficient of friction.
-    /// The derivatives ∂Qⱼ/∂λ are then of the form Φ_q a, for all signs of the reactions on which they
-    /// depend. Where each term of a force depends on one reaction, as in every friction law of a contact, it
-    /// suffices to test one pattern of signs and each sign changed alone. Of more than six reactions no more than
-    /// those and the sample are tested.
+    /// Whether Q is the same for all reactions of the same motion, though these are not unique:
+    /// Q(λ + z) = Q(λ) wherever Φ_qᵀz = 0. That holds for feet that repeat each other and have one
+    /// coefficient of friction. The derivatives ∂Qⱼ/∂λ are then of the form Φ_q a, for all signs of
+    /// the reactions on which they depend. Where each term of a force depends on one reaction, as in every
+    /// friction law of a contact, it suffices to test one pattern of signs and each sign changed alone. Of
+    /// more than six reactions no more than those and the sample are tested.
     #[cold]
     fn is_force_unique(&mut self, system: &mut FactoredSystem<'_>) -> bool {
         let (n, r, frictionless_reactions) = (M::Vector::LEN, M::Rows::LEN, self.frictionless_reactions());

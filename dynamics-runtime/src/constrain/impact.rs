@@ -1,10 +1,9 @@
-//! Impacts: the jump of velocities when constraints take hold at once.
-//! Poisson's hypothesis, in two phases at fixed positions. *Compression*: M Δq̇ = Φ_qᵀ Λ brings Φ̇ to
-//! zero on the rows that hit and keeps it zero on the active rows, all impulses computed together.
-//! *Restitution*: every hit returns e times the impulse that it took. For a single hit this is Newton's law
-//! Φ̇⁺ = −e Φ̇⁻. For several hits at once, where contacts push and do not pull,
-//! 0 ≤ Λ ⟂ Φ̇⁺ ≥ 0, Poisson's hypothesis never creates energy, as Newton's law can. A contact that
-//! closes again during restitution is compressed once more.
+//! Impacts: the jump of velocities when constraints take hold at once. Poisson's hypothesis, in two phases at
+//! fixed positions. *Compression*: M Δq̇ = Φ_qᵀ Λ brings Φ̇ to zero on the rows that hit and keeps it
+//! zero on the active rows, all impulses computed together. *Restitution*: every hit returns e times the
+//! impulse that it took. For a single hit this is Newton's law Φ̇⁺ = −e Φ̇⁻. For several hits at
+//! once, where contacts push and do not pull, 0 ≤ Λ ⟂ Φ̇⁺ ≥ 0, Poisson's hypothesis never creates
+//! energy, as Newton's law can. A contact that closes again during restitution is compressed once more.
 //!
 //! The complementarity problems are solved by principal pivoting (Murty, Opsearch 11, 1974). Source of the
 //! impact law: Pfeiffer & Glocker, Multibody Dynamics with Unilateral Contacts (1996), §8. Friction is
@@ -41,6 +40,7 @@ pub struct ImpactSolution<R> {
 /// Changes the velocities of `state` by the impact of the constraints listed, by index in
 /// [`Constraints::CONSTRAINTS`], each with its coefficient of restitution e (0: plastic, 1: elastic). Listed
 /// constraints need not hold; all other active constraints stay active. The modes stay.
+///
 /// A listed scalar constraint that was released to a side is a contact: its impulse pushes to that side or is
 /// 0. Other constraints push either way.
 ///
@@ -112,8 +112,9 @@ impl<M: Constraints> ContactSet<'_, M> {
     }
 
     /// Proves by Farkas' lemma that no velocities keep all contacts apart. The residual of Φ̇ that the best
-    /// velocities leave on all rows together is a combination of rows that does not depend on velocities. Where
-    /// every contact closes in it, all other velocities leave at least as much. `None` where there is no proof.
+    /// velocities leave on all rows together is a combination of rows that does not depend on velocities.
+    /// Where every contact closes in it, all other velocities leave at least as much. `None` where there is
+    /// no proof.
     fn prove_squeezed(
         &mut self,
         model: &M,
@@ -158,8 +159,8 @@ impl<M: Constraints> ContactSet<'_, M> {
                 self.released_hits |= 1 << hit;
             }
         }
-        // Murty's rule: the first contact that violates its condition, by pulling or closing, changes sides. For
-        // contacts that do not repeat each other this is finite, and ends after a few rounds as a rule.
+        // Murty's rule: the first contact that violates its condition, by pulling or closing, changes sides.
+        // For contacts that do not repeat each other this is finite, and ends after a few rounds as a rule.
         for _ in 0..MAX_SIDE_CHANGES {
             let correction =
                 correct_rows(model, state, &self.right_hand_side(), &|row| self.acts(row), workspace)?;
@@ -177,8 +178,8 @@ impl<M: Constraints> ContactSet<'_, M> {
         Err(SolveError::ImpactUndecided { row: system_names::<M>().row(row) })
     }
 
-    /// The change of velocities by impulses at the hits while the other constraints stay active, and the impulses
-    /// of these.
+    /// The change of velocities by impulses at the hits while the other constraints stay active, and the
+    /// impulses of these.
     fn impulse_response(
         &self,
         model: &M,

@@ -13,13 +13,13 @@ use crate::model::{Constraints, ModelState, Vector};
 pub struct ConstraintReaction<V> {
     /// Name of the constraint.
     pub name: &'static str,
-    /// λ of its rows, conjugate to its components: a force where Φ is a length, and the force at a point where
-    /// Φ is a vector between points. 0 while the constraint is released.
+    /// λ of its rows, conjugate to its components: a force where Φ is a length, and the force at a point
+    /// where Φ is a vector between points. 0 while the constraint is released.
     pub multipliers: Vec<f64>,
     /// Φ_qᵀλ, the generalized force on each coordinate.
     pub generalized_force: V,
-    /// Whether the constraints determine it. Where they repeat each other, other distributions of the reactions
-    /// are possible; the one of least norm is given.
+    /// Whether the constraints determine it. Where they repeat each other, other distributions of the
+    /// reactions are possible; the one of least norm is given.
     pub unique: bool,
 }
 

@@ -1,4 +1,5 @@
 //! Projection onto the constraints: positions onto Φ = 0, velocities onto Φ_q q̇ + Φ_t = 0 and A q̇ + b = 0.
+//!
 //! Positions by Newton's method with mass-weighted steps, M δ = Φ_qᵀ μ, Φ_q δ = −Φ. The result is,
 //! to second order, the nearest point in the metric of M, so that a projection after a step disturbs the
 //! motion as little as possible. Velocities by one such step, which is exact: it leaves the velocities along
@@ -109,8 +110,8 @@ pub fn project_positions<M: Constraints>(
         if change == 0.0 && halvings >= DOUBLE_ROOT_HALVINGS {
             return Err(vanishing_gradient(model, state, workspace));
         }
-        // Quadratic convergence predicts the size of the next correction. It is not made where it would be rounding,
-        // or where the last one gained nothing.
+        // Quadratic convergence predicts the size of the next correction. It is not made where it would be
+        // rounding, or where the last one gained nothing.
         let next = change * (largest / before);
         if next <= 2.0 * f64::EPSILON || (change <= 1e-7 && largest >= 0.5 * before) {
             break;

@@ -27,8 +27,8 @@ const RANK_TOLERANCE: f64 = 1e-7;
 /// Redundant constraints have fewer independent rows than rows. What counts is the rank that they have at a
 /// nearby state.
 pub(crate) struct RankMargin {
-    /// Largest over smallest singular value, of as many as there are independent rows elsewhere. Infinite where
-    /// one is 0.
+    /// Largest over smallest singular value, of as many as there are independent rows elsewhere. Infinite
+    /// where one is 0.
     pub(crate) condition: f64,
     /// The rows that nearly depend on each other.
     pub(crate) rows: TopContributors,

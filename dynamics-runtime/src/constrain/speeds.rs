@@ -1,4 +1,5 @@
-//! Velocities from generalized speeds: (Φ_q; A; Y) q̇ = (−Φ_t; −b; w − y) with the constraints that hold.
+//! Velocities from generalized speeds: (Φ_q; A; Y) q̇ = (−Φ_t; −b; w − y) with the active constraints.
+//!
 //! Rows and columns are scaled to 1, because they have units of their own; speeds of one unit share a scale.
 //! The elimination uses complete pivoting, so that the rank is found at any position, and redundant
 //! constraints are no obstacle. Rows of constraints come first: speeds that the constraints do not admit are
@@ -195,8 +196,8 @@ impl<'w> SpeedSystem<'w> {
         }
     }
 
-    /// A null vector of the equations, by coordinate, in scaled velocities: one column without a pivot is 1, and
-    /// the columns with pivots follow.
+    /// A null vector of the equations, by coordinate, in scaled velocities: one column without a pivot is 1,
+    /// and the columns with pivots follow.
     fn undetermined_shares(
         &self,
         memory: &mut WorkMemory<'w>,
@@ -213,8 +214,8 @@ impl<'w> SpeedSystem<'w> {
         shares.iter().copied().enumerate()
     }
 
-    /// Checks the constraints. They are missed where they contradict each other or are nearly singular at this
-    /// position, and never because of the speeds.
+    /// Checks the constraints. They are missed where they contradict each other or are nearly singular at
+    /// this position, and never because of the speeds.
     fn check_constraints<M: Constraints>(&self, model: &M, state: &M::State) -> Result<(), StateError> {
         let (n, u, residual) = (self.unknowns, state.u(), model.velocity_residual(state));
         for row in active_rows::<M>(state.modes(), false) {
@@ -233,8 +234,8 @@ impl<'w> SpeedSystem<'w> {
         Ok(())
     }
 
-    /// Checks the speeds against the given ones. The scale is the largest speed and offset y of the same unit, or
-    /// the size of their terms where all of these are 0.
+    /// Checks the speeds against the given ones. The scale is the largest speed and offset y of the same
+    /// unit, or the size of their terms where all of these are 0.
     fn check_speeds<M: Constraints>(
         &self,
         model: &M,

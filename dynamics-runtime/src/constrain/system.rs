@@ -4,17 +4,20 @@
 //! ```text
 //! M a − Φ_qᵀ λ = Q        Φ_q a = γ        M n×n symmetric, Φ_q m×n of any rank k
 //! ```
+//!
 //! The null-space method solves them: a = Y y + Z z with Y and Z orthonormal bases of the row space and the
 //! null space of Φ_q (complete orthogonal decomposition, [`crate::linalg::orthogonal`]). y follows from Φ_q
 //! Y y = γ by least squares, z from ZᵀMZ z = Zᵀ(Q − M Y y) by Cholesky, and λ of least norm from
 //! Φ_qᵀ λ = M a − Q. M may be singular as long as it is positive definite on the null space. Sources:
 //! Benzi, Golub & Liesen, Acta Numerica 14 (2005), §6; García de Jalón & Gutiérrez-López, Multibody
 //! Syst. Dyn. 30 (2013) 311–341 for redundant constraints with singular M.
+//!
 //! The result does not depend on the units that the user chose. Coordinates are scaled by 1/√Mᵢᵢ, rows
 //! then to unit length. Coordinates without inertia, or with almost none, get the size of the coordinates
 //! that they share constraints with. The least norm of λ is taken in that scale: Σ (λᵢ ‖Φ_q,ᵢ
 //! M_d^-½‖)² is least, M_d the diagonal of M. That is the sum of squares of the accelerations that each
 //! reaction alone would give.
+//!
 //! Cost: about 2n³ + 2nm² operations for the factors, 4n² per right-hand side. The rank is decided at
 //! [`RANK_TOLERANCE`]: a mechanism that is nearer than that to a singular position counts as singular.
 
@@ -105,8 +108,8 @@ pub(crate) struct GammaResidual {
     pub(crate) norm: f64,
     /// Norm of γ in the same scale.
     pub(crate) gamma_norm: f64,
-    /// Norm of a in the same scale, or of the accelerations by forces alone if that is larger: the size at which
-    /// Φ_q a is rounded.
+    /// Norm of a in the same scale, or of the accelerations by forces alone if that is larger: the size at
+    /// which Φ_q a is rounded.
     pub(crate) acceleration_norm: f64,
     /// The row with the largest residual.
     pub(crate) row: usize,
@@ -115,9 +118,9 @@ pub(crate) struct GammaResidual {
 }
 
 impl<'w> FactoredSystem<'w> {
-    /// Factors M (n×n) and the active rows of Φ_q (r×n), which is overwritten. `redundant`: the rows that are
-    /// declared so. `redundancy_tolerance`: the part of its length by which a row has to differ from the others,
-    /// at least [`RANK_TOLERANCE`]. `usual_lengths`: the usual lengths of the rows.
+    /// Factors M (n×n) and the active rows of Φ_q (r×n), which is overwritten. `redundant`: the rows that
+    /// are declared so. `redundancy_tolerance`: the part of its length by which a row has to differ from the
+    /// others, at least [`RANK_TOLERANCE`]. `usual_lengths`: the usual lengths of the rows.
     pub(crate) fn factor(
         mass: &[f64],
         jacobian: &'w mut [f64],

@@ -54,9 +54,9 @@ impl PathScaling {
             .collect()
     }
 
-    /// Scales of the rows: the largest norm of a row of the same constraint, so that a component of a vector that
-    /// loses its gradient shows it. Single rows have their norm at the start, if that is larger. An error names a
-    /// row that is not finite.
+    /// Scales of the rows: the largest norm of a row of the same constraint, so that a component of a vector
+    /// that loses its gradient shows it. Single rows have their norm at the start, if that is larger. An
+    /// error names a row that is not finite.
     fn norms<M: Constraints>(&self, model: &M, state: &M::State) -> Result<Vec<f64>, usize> {
         let mut memory = vec![0.0; gradients::memory(M::Vector::LEN, M::Rows::LEN)];
         let gradients = Gradients::alone(model, state, &mut memory);
@@ -204,8 +204,8 @@ impl JacobianSvd {
             unit(&mut left);
             return (right, left);
         }
-        // The column is rounding noise. Take the unit vector with the largest component orthogonal to the other
-        // columns.
+        // The column is rounding noise. Take the unit vector with the largest component orthogonal to the
+        // other columns.
         let mut largest_least = (0.0, left);
         for k in 0..m {
             let mut candidate = vec![0.0; m];
@@ -227,9 +227,9 @@ impl JacobianSvd {
     }
 
     /// Whether all matrices on the straight line from here to the Jacobian J at another point have full rank,
-    /// with a margin: the symmetric part of Σ^-½ (UᵀJV) Σ^-½, which is the identity here, stays above ¼.
-    /// The condition is sufficient, not necessary. It holds for every step that is short enough, and limits by
-    /// how much of itself any singular value falls in one step.
+    /// with a margin: the symmetric part of Σ^-½ (UᵀJV) Σ^-½, which is the identity here, stays above
+    /// ¼. The condition is sufficient, not necessary. It holds for every step that is short enough, and
+    /// limits by how much of itself any singular value falls in one step.
     pub(super) fn has_full_rank_toward(&self, jacobian: &[f64]) -> bool {
         let (m, n) = (self.scales.len(), self.sigma.len());
         let svd = self.svd();

@@ -1,4 +1,5 @@
 //! Locates the singular position that a path leads to, and classifies it.
+//!
 //! Along the path the smallest singular value σ of the scaled Jacobian goes to zero. At both kinds of
 //! singular positions t and q are smooth functions of σ: at a lock-up t* − t ∼ σ², at a
 //! bifurcation ∼ σ. They are extrapolated to σ = 0, and the result is polished by Gauss–Newton on
@@ -6,6 +7,7 @@
 //! ```text
 //! Φ(q, t) = 0        σ(q, t) = 0        and at a bifurcation        wᵀ(Φ_t + Φ_q q̇) = 0
 //! ```
+//!
 //! with w the left singular vector of σ. At a lock-up wᵀΦ_t ≠ 0: no velocity follows the drive. At a
 //! bifurcation Φ_t lies in the range of Φ_q. Derivatives of σ and of the last equation are central
 //! differences with frozen singular vectors. They have ten digits, so that every iteration gains ten digits.
@@ -78,7 +80,8 @@ impl<M: Constraints> PathTracer<'_, M> {
             }
             state
         };
-        // Both kinds are tried, the likely one first: where several directions are lost, w is any of several vectors.
+        // Both kinds are tried, the likely one first: where several directions are lost, w is any of several
+        // vectors.
         let kinds =
             [guess, !guess].map(|locks_up| (locks_up, self.polish(with_velocities(locks_up), locks_up)));
         let exact = kinds.iter().any(|(_, polished)| polished.is_some());
@@ -121,8 +124,8 @@ impl<M: Constraints> PathTracer<'_, M> {
         math::sqrt(dot(&residual, &residual)) / self.scaling.scale(state.q().as_slice())
     }
 
-    /// Whether no velocity follows the drive at a singular position: Φ_t is outside of the range of Φ_q by more
-    /// than [`DRIVE_SHARE`] of what it was on the path.
+    /// Whether no velocity follows the drive at a singular position: Φ_t is outside of the range of Φ_q by
+    /// more than [`DRIVE_SHARE`] of what it was on the path.
     fn is_locked(&self, state: &M::State, svd: &JacobianSvd, drive: f64) -> bool {
         let mut at_rest = *state;
         *at_rest.u_mut() = M::Vector::zeros();

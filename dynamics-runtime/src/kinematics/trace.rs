@@ -1,11 +1,13 @@
 //! Following the position of a driven mechanism through time.
+//!
 //! Predictor: Taylor's series from q, q̇, q̈, whose error is h³/6 q⃛. Corrector: Newton–Raphson on
 //! Φ(q, t) = 0. A step is accepted where three conditions hold: Newton's method contracts well from the
 //! prediction (Θ = ‖δ₁‖/‖δ₀‖ ≤ ¼, so that the solution is the only one nearby); no singular
 //! position can lie between (see [`super::jacobian_svd::JacobianSvd::has_full_rank_toward`]); and the way
 //! back leads to the start. So branches are not lost, and singular positions are approached in ever shorter
-//! steps instead of being passed over. The step size follows from Θ ∼ h³. Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004,
-//! §5.1; E. J. Haug, Computer Aided Kinematics and Dynamics, Allyn & Bacon 1989, §4.5.
+//! steps instead of being passed over. The step size follows from Θ ∼ h³. Source: P. Deuflhard, Newton
+//! Methods for Nonlinear Problems, Springer 2004, §5.1; E. J. Haug, Computer Aided Kinematics and Dynamics,
+//! Allyn & Bacon 1989, §4.5.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -106,8 +108,8 @@ impl<'m, M: Constraints> PathTracer<'m, M> {
         at_time(&state, t)
     }
 
-    /// Newton–Raphson on Φ = 0. Returns the largest contraction, or an error where it does not converge to the
-    /// nearby solution.
+    /// Newton–Raphson on Φ = 0. Returns the largest contraction, or an error where it does not converge to
+    /// the nearby solution.
     pub(super) fn solve_positions(&mut self, state: &mut M::State) -> Result<f64, Kind> {
         let scale = self.scaling.scale(state.q().as_slice());
         let (mut last, mut contraction) = (f64::INFINITY, 0.0f64);
@@ -148,9 +150,9 @@ impl<'m, M: Constraints> PathTracer<'m, M> {
         Ok((point, contraction))
     }
 
-    /// Whether Taylor's series from the end of a step leads back to its start. Near a singular position angles
-    /// turn fast, and a prediction may reach the same position some turns further. All constraints hold there,
-    /// and only this test shows that the turns were not made.
+    /// Whether Taylor's series from the end of a step leads back to its start. Near a singular position
+    /// angles turn fast, and a prediction may reach the same position some turns further. All constraints
+    /// hold there, and only this test shows that the turns were not made.
     fn leads_back(&self, to: &PathPoint<M>, from: &M::State) -> bool {
         let mut no_continuation = *Self::predict(to, from.t()).q();
         add(&mut no_continuation, -1.0, from.q());

@@ -1,4 +1,5 @@
 //! Chart switching: three angles whose reference is turned before they reach gimbal lock.
+//!
 //! No three angles are regular coordinates of all orientations (J. Stuelpnagel, SIAM Review 6 (1964) 422).
 //! Each set locks where its first axis i and its last axis k coincide. Measured from a reference that is a
 //! quarter turn C about the second axis j away, R = C·E(θ) instead of E(θ), the same set locks where k
@@ -156,8 +157,8 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
         references.iter().map(|at| at.distance(state)).fold(f64::INFINITY, f64::min) - LOCK_DISTANCE
     }
 
-    /// The chart in which every set is far from locking, and the state in it. Where a change is `due` at least
-    /// one set changes.
+    /// The chart in which every set is far from locking, and the state in it. Where a change is `due` at
+    /// least one set changes.
     fn change(&self, chart: usize, state: &M::State, due: bool) -> Result<(usize, M::State), ChartError> {
         let (mut to, mut there) = (chart, *state);
         let least = Self::margin(&self.references, state) + LOCK_DISTANCE;
@@ -331,7 +332,8 @@ impl<'a, M: Simulate + Clone> ChartSwitchingSimulation<'a, M> {
         Ok(motion)
     }
 
-    /// Checks the junction of two parts: inputs must not jump with the chart, and no event may be found in both.
+    /// Checks the junction of two parts: inputs must not jump with the chart, and no event may be found in
+    /// both.
     fn check_junction(&self, motion: &Motion<'a, M>, segments: &[Segment<'a, M>]) -> Result<(), ChartError> {
         let Some(before) = segments.last() else { return Ok(()) };
         let time = motion.start_time();

@@ -33,7 +33,8 @@ const CROSSING_TOLERANCE: f64 = 1e-9;
 const TIGHTEST_CROSSING_TOLERANCE: f64 = 1e-12;
 /// Inertia counts as vanished where the least one is below this part of that at the start.
 const VANISHED_INERTIA_SHARE: f64 = 1e-5;
-/// Values beyond this are an overflow: no motion reaches them in any unit, and forces with third or higher powers of such values overflow soon after.
+/// Values beyond this are an overflow: no motion reaches them in any unit, and forces with third or higher
+/// powers of such values overflow soon after.
 const OVERFLOW_SIZE: f64 = 1e60;
 /// Longest look back along the path, in parts of the time since the start.
 const LOOK_BACK_SHARE: f64 = 0.01;
@@ -68,9 +69,10 @@ impl RunMethod {
         }
     }
 
-    /// Settings that pass change points where these did not: long steps of an explicit method whose stages need
-    /// not end at the change point, a tolerance above rounding, and constraints without drift, which would
-    /// contradict each other where they repeat each other. `None` where these settings are those of the run.
+    /// Settings that pass change points where these did not: long steps of an explicit method whose stages
+    /// need not end at the change point, a tolerance above rounding, and constraints without drift, which
+    /// would contradict each other where they repeat each other. `None` where these settings are those of the
+    /// run.
     pub(crate) fn crossing_settings(self) -> Option<CrossingSettings> {
         let explicit = matches!(self.method, Method::Dop853);
         let least =
@@ -105,8 +107,8 @@ pub(crate) fn explain<M: Constraints>(
             cause: Box::new(kind),
         };
     }
-    // Corners of constraints. A step of fixed length has the corner somewhere in it, and its path is not quite
-    // straight.
+    // Corners of constraints. A step of fixed length has the corner somewhere in it, and its path is not
+    // quite straight.
     let reach = match kind {
         Kind::StepDisplaced { .. } | Kind::Drift { .. } => 2.0 * h,
         // The corner lies within the distance that the projection missed.

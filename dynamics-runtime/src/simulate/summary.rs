@@ -75,8 +75,8 @@ pub struct Summary {
     pub energy_scale: f64,
     /// Unit of `energy_scale` and `energy_lost`; empty where the model has no units.
     pub energy_unit: &'static str,
-    /// The quantity whose drift is `energy_drift`: `energy`, `energy function` where that is conserved and T + V
-    /// is not, `energy less work` where forces work.
+    /// The quantity whose drift is `energy_drift`: `energy`, `energy function` where that is conserved and
+    /// T + V is not, `energy less work` where forces work.
     pub energy_name: &'static str,
     /// Whether forces, dissipation or explicit time change the energy, so that their work enters
     /// `energy_drift`.
@@ -89,10 +89,11 @@ pub struct Summary {
     pub constraints: Vec<ConstraintDrift>,
     /// Counts of the constraint stabilization.
     pub stabilization: StabilizationCounts,
-    /// There is generated code for accelerations and reactions, so that evaluations by the general solver with
-    /// all constraints active are fallbacks.
+    /// There is generated code for accelerations and reactions, so that evaluations by the general solver
+    /// with all constraints active are fallbacks.
     pub falls_back: bool,
-    /// The coordinates that no longer followed from their constraints at the first fallback, if they are known.
+    /// The coordinates that no longer followed from their constraints at the first fallback, if they are
+    /// known.
     pub pivot_breakdown: Option<PivotBreakdown>,
     /// Switched constraints that were released at some time.
     pub released: Vec<&'static str>,
@@ -139,8 +140,8 @@ pub struct Summary {
 
 impl<M: SimulationModel> Motion<'_, M> {
     /// Method, costs, drift, conditioning, events, and the findings of the run itself. It evaluates energies,
-    /// constraints and conserved quantities once at each accepted state, and repeats no step. Checks that do are
-    /// part of [`Motion::verify`].
+    /// constraints and conserved quantities once at each accepted state, and repeats no step. Checks that do
+    /// are part of [`Motion::verify`].
     #[must_use]
     pub fn summary(&self) -> Summary {
         let conserves = M::POWERS.is_empty();
@@ -151,9 +152,10 @@ impl<M: SimulationModel> Motion<'_, M> {
     /// The summary with all checks that repeat the motion: the works of forces and with them the drift of the
     /// energy, singular positions that were passed, forces between the stages of a step, instability and
     /// stiffness that steps hide, and the global error, estimated by the motion in half steps.
+    ///
     /// It costs three to five times as much as the run, or a few tenths of a second. Checks that would take
-    /// longer are omitted, and the summary lists them. The closure of `.inputs(..)` is called again, at times and
-    /// states that the run has not seen.
+    /// longer are omitted, and the summary lists them. The closure of `.inputs(..)` is called again, at times
+    /// and states that the run has not seen.
     ///
     /// ```
     /// # use dynamics_runtime::simulate::{Motion, Simulate};

@@ -217,7 +217,8 @@ impl<M: Constraints> PositionSearch<'_, '_, M> {
         Ok(())
     }
 
-    /// The error for the closest approach: branches that meet there, or given coordinates that prevent closing.
+    /// The error for the closest approach: branches that meet there, or given coordinates that prevent
+    /// closing.
     fn diagnose(
         &mut self,
         guess: &M::State,
@@ -288,8 +289,8 @@ impl<M: Constraints> PositionSearch<'_, '_, M> {
         Ok(StateError::NotAssembled { row, residual, distance, given })
     }
 
-    /// Another guess: free angles are turned by up to half a turn, other free coordinates moved by up to their
-    /// size.
+    /// Another guess: free angles are turned by up to half a turn, other free coordinates moved by up to
+    /// their size.
     fn restart(&self, guess: &M::State, restart: usize) -> M::State {
         let mut displaced = *guess;
         for j in workspace::free_columns(self.given) {
@@ -336,8 +337,9 @@ impl<M: Constraints> PositionSearch<'_, '_, M> {
         Ok(None)
     }
 
-    /// The given coordinates that would have to move to reduce the gap, by −∂‖Φ/s‖²/∂q. Where that
-    /// gradient is zero, at the place farthest from closing, all given coordinates that enter the constraints.
+    /// The given coordinates that would have to move to reduce the gap, by −∂‖Φ/s‖²/∂q. Where
+    /// that gradient is zero, at the place farthest from closing, all given coordinates that enter the
+    /// constraints.
     fn blocking_coordinates(&self, state: &M::State) -> TopContributors {
         let n = self.work.weights.len();
         let entry = |k: usize, row: usize, j: usize| {

@@ -25,11 +25,13 @@ const SUSPECT_LENGTH_RATIO: f64 = 1e-3;
 /// velocities select the branch. Where Φ touches zero without crossing it, as (x² + y² − l²)² does,
 /// the gradient vanishes on the whole manifold. The constraint then has no effect in the equations of motion,
 /// and accelerations are noise.
+///
 /// A gradient is suspected where it is at most a thousandth of that at a state displaced by 10⁻³ of the
 /// coordinates' size. Then Φ touches zero where its second derivatives are semidefinite, or where its
 /// gradient vanishes at another state on the constraints, too. The first test also works for states off the
 /// constraints. The second finds rows that touch zero only within the other constraints, and models that are
 /// too large for second derivatives.
+///
 /// Costs two evaluations, and one more and an assembly for each suspected row. `workspace`: as long as for
 /// [`solve`](crate::constrain::solve).
 ///

@@ -86,8 +86,8 @@ impl<'w> AssemblyWorkspace<'w> {
         weigh(self.weights);
     }
 
-    /// Scales the active rows of Φ_q and decomposes them in the columns that are free; [`AssemblyWorkspace::evaluate`]
-    /// comes before.
+    /// Scales the active rows of Φ_q and decomposes them in the columns that are free;
+    /// [`AssemblyWorkspace::evaluate`] comes before.
     pub(super) fn decompose<M: Constraints>(
         &mut self,
         modes: Modes,
@@ -99,9 +99,9 @@ impl<'w> AssemblyWorkspace<'w> {
         Ok(())
     }
 
-    /// Scales of the rows: one per constraint, the largest norm of its rows, so that components of a vector count
-    /// alike whatever their gradients at the guess are. If each row had its own scale, a closest approach could
-    /// be a place where a vector is longer than elsewhere.
+    /// Scales of the rows: one per constraint, the largest norm of its rows, so that components of a vector
+    /// count alike whatever their gradients at the guess are. If each row had its own scale, a closest
+    /// approach could be a place where a vector is longer than elsewhere.
     fn rescale<M: Constraints>(&mut self, modes: Modes, holonomic: bool) -> Result<(), StateError> {
         let n = self.weights.len();
         let square = |row: usize| -> f64 {

@@ -1,4 +1,5 @@
 //! The search for reactions λ = λ₀ + S Q(λ): Newton's method, and the attempts after it fails.
+//!
 //! Full Newton steps end in a solution where Q is piecewise linear. Otherwise they may diverge, and three
 //! further methods are tried in this order:
 //!
@@ -97,8 +98,8 @@ impl<M: Constraints> FrictionProblem<'_, '_, M> {
         }
     }
 
-    /// Damped Newton steps towards G = 0, or G_s = 0 where a strength s is given with the frictionless reactions.
-    /// Ends near a solution.
+    /// Damped Newton steps towards G = 0, or G_s = 0 where a strength s is given with the frictionless
+    /// reactions. Ends near a solution.
     fn damped(
         &mut self,
         mut lambda: M::Rows,

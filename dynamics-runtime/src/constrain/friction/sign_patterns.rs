@@ -9,8 +9,8 @@ use crate::model::{Constraints, Vector};
 const LINEARITY_SIZES: [(f64, f64); 3] = [(0.37, 2.3), (1e-3, 4e-3), (7e2, 1e3)];
 
 impl<M: Constraints> FrictionProblem<'_, '_, M> {
-    /// Whether Q is linear in the reactions for each pattern of their signs, as Coulomb's law is, tested at sizes
-    /// far apart. Newton's method from each pattern then ends in its only candidate.
+    /// Whether Q is linear in the reactions for each pattern of their signs, as Coulomb's law is, tested at
+    /// sizes far apart. Newton's method from each pattern then ends in its only candidate.
     #[cold]
     pub(super) fn is_linear_in_patterns(&mut self, frictionless_reactions: &M::Rows) -> bool {
         (0..pattern_count(self.k)).all(|pattern| {

@@ -116,8 +116,8 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
         let conditioning = conditioning[0].max(conditioning[1]);
         let mut compared_quantities = Vec::new();
         let mut add = |what, name, values: [f64; 2], scale: f64| {
-            // The condition number of a mass matrix that is regular only with its constraints, as that of Euler
-            // parameters, is no measure of rounding.
+            // The condition number of a mass matrix that is regular only with its constraints, as that of
+            // Euler parameters, is no measure of rounding.
             let worst = if what == Compared::Energy { MAX_CONDITION_OF_ENERGY } else { MAX_CONDITION };
             let rounding = ADDED_ROUNDINGS * f64::EPSILON * (1.0 + conditioning.min(worst));
             let size = scale.max(values[0].abs()).max(values[1].abs());

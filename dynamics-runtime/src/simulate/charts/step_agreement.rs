@@ -112,8 +112,8 @@ impl<M: Simulate + Clone> StepComparison<'_, '_, M> {
         (far(&here) && far(&there)).then_some([here, there])
     }
 
-    /// The compared quantities: the inputs of the closure in each chart, and everything else with the inputs of
-    /// this part.
+    /// The compared quantities: the inputs of the closure in each chart, and everything else with the inputs
+    /// of this part.
     fn compared_quantities(&self, [here, there]: [M::State; 2]) -> Vec<ChartPair> {
         let (own, others) = (self.motion.complete(here), self.other.complete(there));
         let mut same = there;

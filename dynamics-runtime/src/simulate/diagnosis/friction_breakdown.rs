@@ -1,5 +1,6 @@
 //! Friction as the cause of collapsing steps: rest on the jump of friction, or a reaction without bounds
 //! (Painlevé's paradox).
+//!
 //! Friction by the sign of a velocity brings that velocity to zero, and there the accelerations of both sides
 //! lead back. No step goes on from there (Filippov's sliding mode, which a switched constraint provides).
 //! Near Painlevé's paradox the reaction of a contact with friction grows as the inverse of a vanishing

@@ -1,4 +1,5 @@
 //! Singular positions: where constraints lose rank on the path of a motion.
+//!
 //! Where branches cross, the weak direction y of the constraints and the direction x of the motion fulfil y
 //! (y − k x) = c to second order, with c = 0 on the manifold. States that have drifted have c ≠ 0. The
 //! crossing then opens into two hyperbolas. A motion along one of them turns, within |x| of order √c, to

@@ -32,9 +32,9 @@ const PERMITTED_ENERGY_ERRORS: f64 = 10.0;
 const ENERGY_DRIFT_SHARE: f64 = 0.01;
 
 impl Summary {
-    /// Everything that makes the motion doubtful, so that programs can stop where there is any: errors beyond the
-    /// tolerance, stiffness, effects that steps pass over, drift. Findings that take further runs are included
-    /// where the summary is that of [`Motion::verify`](crate::simulate::Motion::verify).
+    /// Everything that makes the motion doubtful, so that programs can stop where there is any: errors beyond
+    /// the tolerance, stiffness, effects that steps pass over, drift. Findings that take further runs are
+    /// included where the summary is that of [`Motion::verify`](crate::simulate::Motion::verify).
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let of_error = self.error.iter().flat_map(|error| error.findings()).map(Warning::GlobalError);

@@ -107,9 +107,9 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         Sampler { motion: self, cached: None, stabilization: None, replay: None }
     }
 
-    /// A sampler for passes over all steps in order. It keeps the state of the method from one step to the next,
-    /// which saves implicit methods most of their matrices. So states depend on the order of the calls, by about
-    /// a hundredth of the permitted error, as Newton's iterations end differently.
+    /// A sampler for passes over all steps in order. It keeps the state of the method from one step to the
+    /// next, which saves implicit methods most of their matrices. So states depend on the order of the calls,
+    /// by about a hundredth of the permitted error, as Newton's iterations end differently.
     pub(crate) fn reader(&self) -> Sampler<'_, 'm, M> {
         Sampler { replay: Some(None), ..self.sampler() }
     }
@@ -362,8 +362,8 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         Step { start: from.knot(), end: to.knot(), h: from.h, kept: from.kept }
     }
 
-    /// The interpolant of the step of a record. `replay`: the state of the method after the step before, if it
-    /// was kept.
+    /// The interpolant of the step of a record. `replay`: the state of the method after the step before, if
+    /// it was kept.
     fn interpolant(&self, index: usize, replay: &mut Option<ReplayState<M>>) -> CachedInterpolant<M::Vector> {
         let step = self.step(index);
         let (mut step_replay, memory) = match replay.take() {
@@ -401,9 +401,9 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         next.h != 0.0 && here.state.modes() == next.state.modes() && methods[0] == methods[1]
     }
 
-    /// The interpolant of a step by its ends alone. It is used where the step cannot be made again, as where an
-    /// inputs closure returns other values, or where a stage lies next to a singular position, unless the step
-    /// that was made again (`remade`) is nearer to the constraints.
+    /// The interpolant of a step by its ends alone. It is used where the step cannot be made again, as where
+    /// an inputs closure returns other values, or where a stage lies next to a singular position, unless the
+    /// step that was made again (`remade`) is nearer to the constraints.
     #[cold]
     fn interpolant_of_ends(
         &self,
@@ -522,7 +522,8 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
         let mut done =
             stabilization.project_between(self.motion.model, &mut projected, &trajectory.tolerances);
         if trajectory.erased_method.is_none() {
-            // In position analysis velocities follow from constraints. Right at a bifurcation rounding determines them.
+            // In position analysis velocities follow from constraints. Right at a bifurcation rounding
+            // determines them.
             let speed = max_abs(y.u.as_slice()) + max_abs(state.u().as_slice());
             let apart =
                 projected.u().as_slice().iter().zip(y.u.as_slice()).map(|(to, from)| (to - from).abs());

@@ -65,8 +65,8 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
 }
 
 impl<M: SimulationModel> Sampler<'_, '_, M> {
-    /// Adds the works of the step of a record by Gauss–Legendre quadrature on `parts` parts of it, where stages
-    /// are not known.
+    /// Adds the works of the step of a record by Gauss–Legendre quadrature on `parts` parts of it, where
+    /// stages are not known.
     pub(crate) fn meter_by_quadrature(&mut self, index: usize, parts: u32, work: &mut [f64]) -> bool {
         let motion = self.motion();
         let Record { state, h, .. } = motion.trajectory.records[index];

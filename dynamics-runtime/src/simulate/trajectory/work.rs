@@ -1,4 +1,5 @@
 //! The work–energy account: E(end) − E(start) = Σ work of forces + Σ changes at resets.
+//!
 //! The work of every named power is integrated by the method itself, as if it were another state: W += h Σ
 //! bᵢ Pᵢ over the stages of each step. So it has the order of the method, and the account closes to the
 //! tolerance of the run. The closure error measures the errors of the motion and of the account together.
@@ -76,8 +77,8 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     }
 
     /// The energy along the record. With `works` the works of forces are integrated, which makes every step
-    /// again; otherwise they are NaN. `visit` is called with each step while its interpolant is cached, because
-    /// steps of implicit methods are as costly to repeat as they were.
+    /// again; otherwise they are NaN. `visit` is called with each step while its interpolant is cached,
+    /// because steps of implicit methods are as costly to repeat as they were.
     pub(crate) fn energy_history(
         &self,
         works: bool,
@@ -160,8 +161,8 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         let done = self.is_repeatable()
             && match self.trajectory.erased_method_of(index) {
                 Some(erased_method) => self.meter(erased_method, sampler, index, work),
-                // Steps of a position analysis are up to a radian of a crank long. On quarters of them the quadrature error
-                // is about 10⁻¹² of the energy (slider-crank, Jansen's leg).
+                // Steps of a position analysis are up to a radian of a crank long. On quarters of them the
+                // quadrature error is about 10⁻¹² of the energy (slider-crank, Jansen's leg).
                 None => sampler.meter_by_quadrature(index, 4, work),
             };
         if !done {
@@ -179,12 +180,13 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     ) -> bool {
         let weights = erased_method.weights();
         if weights.is_empty() {
-            // Five nodes are exact up to degree nine, enough for powers along the quintics of implicit methods. Taylor
-            // series have higher orders and longer steps.
+            // Five nodes are exact up to degree nine, enough for powers along the quintics of implicit
+            // methods. Taylor series have higher orders and longer steps.
             let long = erased_method.needs_series();
             sampler.meter_by_quadrature(index, if long { QUADRATURE_PARTS } else { 1 }, work)
         } else if self.step(index).kept.between {
-            // Its stages are off the constraints, and so are their reactions. Interpolated states are projected.
+            // Its stages are off the constraints, and so are their reactions. Interpolated states are
+            // projected.
             sampler.meter_by_quadrature(index, QUADRATURE_PARTS, work)
         } else {
             self.meter_by_stages(&mut *erased_method.step_replay(), weights, index, work)

@@ -1,4 +1,5 @@
 //! Accuracy diagnostics: why the error of a motion may be far larger than its tolerance suggests.
+//!
 //! A step control bounds the error of each step. It does not see five sources of error, which are searched
 //! here at the recorded steps: tolerances below the rounding of the values; energy drift that permitted
 //! errors do not explain; forces between the stages of a step (`undersampled_force.rs`); instability that
@@ -50,8 +51,8 @@ pub struct BelowRounding {
 /// Results of all accuracy diagnostics of a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AccuracyDiagnostics {
-    /// The value whose permitted error is furthest below its rounding; `None` with a fixed step or where there is
-    /// none.
+    /// The value whose permitted error is furthest below its rounding; `None` with a fixed step or where
+    /// there is none.
     pub below_rounding: Option<BelowRounding>,
     /// Drift of the energy, less all work, over what the permitted errors of one step can change it by;
     /// `None` with a fixed step.
@@ -117,8 +118,8 @@ impl fmt::Display for Unchecked {
 }
 
 impl<M: SimulationModel> Motion<'_, M> {
-    /// All diagnostics. `drift`: the largest drift of the energy, of size `scale`. `verified`: include the checks
-    /// that repeat steps.
+    /// All diagnostics. `drift`: the largest drift of the energy, of size `scale`. `verified`: include the
+    /// checks that repeat steps.
     pub(crate) fn accuracy(&self, (drift, scale): (f64, f64), verified: bool) -> AccuracyDiagnostics {
         // Energy drift relative to its scale; infinite where the energy has overflowed.
         let energy_part = (scale > 0.0 || scale.is_nan()).then_some(if scale.is_finite() {
@@ -239,16 +240,16 @@ impl AccuracyDiagnostics {
         let (Some(times), Some(most)) = (self.step_doubling, self.step_doubling_at_most) else {
             return Ok(());
         };
-        let estimate_note = "(estimated by step doubling)";
+        let note = "(estimated by step doubling)";
         if times > self.large_error() || most > LARGE_ERROR {
             Ok(())
         } else if times > NOTABLE_ERROR {
-            write!(f, "{ACCURACY_LABEL}global error about {} tolerances {estimate_note}", Times(times))
+            write!(f, "{ACCURACY_LABEL}global error about {} tolerances {note}", Times(times))
         } else if most > NOTABLE_ERROR {
             let (most, times) = (Times(most), Times(times));
             write!(
                 f,
-                "{ACCURACY_LABEL}global error about {most} tolerances for a moment, otherwise {times} {estimate_note}"
+                "{ACCURACY_LABEL}global error about {most} tolerances for a moment, otherwise {times} {note}"
             )
         } else {
             Ok(())

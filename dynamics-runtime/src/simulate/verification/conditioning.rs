@@ -15,6 +15,7 @@ use crate::simulate::trajectory::record::Record;
 use crate::simulate::verification::singular_point_validation::missed_by;
 
 /// The worst conditioning of the mass matrix that a motion met.
+///
 /// The number is κ = ‖S‖₁ ‖S⁻¹‖₁ of S = M scaled to a unit diagonal,
 /// Sᵢⱼ = Mᵢⱼ/√|Mᵢᵢ Mⱼⱼ|. So it does not depend on units and sizes of the coordinates, which
 /// do not change the digits that LDLᵀ loses either. Accelerations lose at most about log₁₀ κ of their
@@ -69,14 +70,15 @@ pub struct NearestSingularPosition {
     /// states where it is not.
     pub passed: usize,
     /// The first of them in which the constraints do not hold: by how much they miss it, in lengths of
-    /// coordinates, up to a hundred permitted errors, and when. Branches cross in a singular position and avoid
-    /// each other in a near miss. The steps do not decide whether the motion goes on or turns round there.
+    /// coordinates, up to a hundred permitted errors, and when. Branches cross in a singular position and
+    /// avoid each other in a near miss. The steps do not decide whether the motion goes on or turns round
+    /// there.
     pub missed: Option<(f64, f64)>,
 }
 
 impl<M: SimulationModel> Motion<'_, M> {
-    /// Whether singular positions are searched: only with constraints and up to 32 coordinates, because it would
-    /// cost more than the run.
+    /// Whether singular positions are searched: only with constraints and up to 32 coordinates, because it
+    /// would cost more than the run.
     pub(crate) fn checks_singular_positions(&self) -> bool {
         M::IS_HELD && M::COORDINATES.len() <= MOST_COORDINATES && self.is_repeatable()
     }
@@ -123,8 +125,8 @@ impl<M: SimulationModel> Motion<'_, M> {
         Some(NearestSingularPosition { condition, time: worst.0, rows, coordinates, passed, missed })
     }
 
-    /// By how much the constraints miss the singular position near a state, and when, if the tolerance does not
-    /// resolve that.
+    /// By how much the constraints miss the singular position near a state, and when, if the tolerance does
+    /// not resolve that.
     fn singular_position_missed(&self, state: &M::State) -> Option<(f64, f64)> {
         let Tolerances { absolute, relative } = self.trajectory.tolerances;
         let permitted = absolute + relative * max_abs(state.q().as_slice());

@@ -1,4 +1,5 @@
 //! Global error of a motion: its differences from a second, more accurate run.
+//!
 //! A step control bounds the error of each step. What becomes of these errors depends on the motion: a stable
 //! one damps them, in a pendulum or an orbit they grow with time or its square, in a chaotic motion they
 //! double again and again. Only a second run shows it. Errors that both runs have in common, as a force

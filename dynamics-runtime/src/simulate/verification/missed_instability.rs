@@ -1,4 +1,5 @@
 //! Instability that long steps pass over.
+//!
 //! Near an unstable rest, with solutions e^(λt), the motion hardly changes for a while, so that steps grow.
 //! For z = h λ beyond about 5 a Runge–Kutta method then multiplies differences by R(z), a polynomial, or a
 //! number below 1 where it is L-stable, and not by e^z (Hairer & Wanner, Solving ODE II, IV.3: what damps for
@@ -8,6 +9,7 @@
 //! w' = K v + B w, in many small steps of the implicit Euler method:
 //!
 //! (I − τB − τ²K) w₁ = w + τ K v,  v₁ = v + τ w₁
+//!
 //! In it unstable modes grow and stiff modes decay. Growth at both ends that the method does not show is
 //! reported. The linearised equations are frozen through a step of some radians, and so wrong by a factor.
 //! Therefore growth by less than a hundred in a step is ignored.
@@ -147,8 +149,8 @@ impl<M: SimulationModel> Motion<'_, M> {
                 permitted_errors(tolerances, &parts.difference, &step)
                     / permitted_errors(tolerances, &difference, &step),
             ),
-            // The distance of two motions that have both left is meaningless. What counts is whether the step takes the
-            // neighbour to where the small steps do.
+            // The distance of two motions that have both left is meaningless. What counts is whether the step
+            // takes the neighbour to where the small steps do.
             true => {
                 let missed = permitted_errors(tolerances, &zip(&end, &parts.end, |a, b| a - b), &step);
                 let spread = permitted_errors(tolerances, &zip(&end, &step.end.y, |a, b| a - b), &step);

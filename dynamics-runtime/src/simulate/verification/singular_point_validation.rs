@@ -1,4 +1,5 @@
 //! Validation of a singular position that was passed: whether the constraints hold in it.
+//!
 //! A mechanism whose links nearly come in line turns round there; one whose links do come in line may pass.
 //! Steps cannot tell the two apart where the gap is less than their errors. Let w be the left singular vector
 //! of the smallest singular value of (Φ_q, Φ_t), and W the others. The unfolded position near it is where
@@ -6,6 +7,7 @@
 //! ```text
 //! WᵀΦ(q, t) = 0        and        wᵀ(Φ_q, Φ_t) = 0
 //! ```
+//!
 //! the latter along all directions that W leaves open. It is a critical point of wᵀΦ, which Newton's
 //! method finds. There β = wᵀΦ is 0 where branches cross. Otherwise |β| is the distance by which the
 //! constraints miss the singular position, and the branches avoid each other. Source: W. Govaerts, Numerical

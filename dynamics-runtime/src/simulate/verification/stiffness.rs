@@ -1,4 +1,5 @@
 //! Stiffness of a motion whose steps do not show it.
+//!
 //! Hairer's test finds steps at the border of stability, and runs that choose their method try implicit steps
 //! that pass over it (`run/stiffness_detection.rs`). A method that the user chose, at small tolerances, does
 //! neither. Its error estimate, which grows as a high power of h λ, keeps the steps inside the border, and

@@ -1,4 +1,5 @@
 //! Undersampled forces: forces that act only between the stages of a step.
+//!
 //! A step control sees only its own evaluations. A push that ends before a stage falls into it, or a narrow
 //! well that the motion flies through, is invisible to them, and to a second run at a smaller tolerance. Here
 //! the impulse ∫ q̈ dt of each long step, and its displacement ∫ (t₁ − t) q̈ dt, which alone
@@ -84,8 +85,9 @@ impl<M: SimulationModel> Motion<'_, M> {
         (self.difference_to_parts(index, parts[1]) > CONFIRMED_SHARE * MISSED_ERRORS).then_some(found)
     }
 
-    /// Difference of the end of a step from that of the step made in parts, in permitted errors. It confirms a
-    /// finding: the quintic path is not the motion, and may oscillate in a long step where the motion does not.
+    /// Difference of the end of a step from that of the step made in parts, in permitted errors. It confirms
+    /// a finding: the quintic path is not the motion, and may oscillate in a long step where the motion does
+    /// not.
     fn difference_to_parts(&self, index: usize, parts: usize) -> f64 {
         let step = self.step(index);
         let (mut rhs, tolerances) = (self.rhs(index), &self.trajectory.tolerances);

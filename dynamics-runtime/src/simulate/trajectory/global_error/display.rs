@@ -107,7 +107,8 @@ impl GlobalError {
         findings
     }
 
-    /// The error between steps, where it is more than ten permitted errors and more than twice that at the ends.
+    /// The error between steps, where it is more than ten permitted errors and more than twice that at the
+    /// ends.
     fn more_between(&self) -> Option<f64> {
         let ratio = self.ratio?;
         self.between.filter(|between| *between > 2.0 * ratio && *between > 10.0)
