@@ -339,7 +339,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         Ok(Phase { q: *state.u(), u: self.accelerations_of(&state)? })
     }
 
-    /// See [`Accelerations::attempting`], of motions that are tied to their constraints.
+    /// See [`Accelerations::begin_attempt`], of motions that are tied to their constraints.
     #[inline(never)]
     fn push_back(&mut self, start: &mut StepNode<M::Vector>, h: f64) -> Result<(), EvaluationError> {
         let state = self.on_branches(&self.state(start.t, &start.y.q, &start.y.u));

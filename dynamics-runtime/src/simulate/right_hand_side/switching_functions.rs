@@ -129,7 +129,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         branches
     }
 
-    /// See [`Switching::kink`]. Where a step fails it is not for a branch, which is held.
+    /// See [`Switching::locate_kink`]. Where a step fails it is not for a branch, which is held.
     #[cold]
     pub(crate) fn first_kink(
         &mut self,
