@@ -79,7 +79,7 @@ impl<'m, M: Simulate> FirstOrder<'m, M> {
     /// The system of a model from a start; inputs and modes are held as they are there.
     ///
     /// # Errors
-    /// [`AdapterError::Parameter`] where one is not finite, or a mass is none; [`AdapterError::Singular`]
+    /// [`AdapterError::Parameter`] where one is not finite, or a mass is negative; [`AdapterError::Singular`]
     /// where the parameters alone make the mass matrix singular.
     pub fn new(model: &'m M, start: M::State) -> Result<Self, AdapterError> {
         StateError::check_parameters(model).map_err(AdapterError::Parameter)?;
@@ -254,7 +254,7 @@ impl<M: Simulate> fmt::Debug for FirstOrder<'_, M> {
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AdapterError {
-    /// A parameter is not finite, or a mass or an inertia is none.
+    /// A parameter is not finite, or no body has such a mass or inertia.
     #[error("{0}")]
     Parameter(StateError),
     /// The parameters alone make the mass matrix singular.

@@ -103,8 +103,8 @@ pub enum SolveError {
         /// The row of the first of them.
         row: &'static str,
     },
-    /// What is hit is driven against constraints and contacts that do not give way: no velocities keep all of
-    /// them apart. A moving constraint squeezes what lies between.
+    /// A moving constraint presses bodies against constraints and contacts that do not give way: no velocities
+    /// keep all contacts apart.
     #[error(
         "`{row}` is driven against constraints and contacts that do not give way: no velocities keep all of \
          them apart, and what lies between is squeezed; let what moves stop before, release what it presses \
@@ -276,12 +276,12 @@ pub enum StateError {
         /// The value.
         value: f64,
     },
-    /// A mass, an inertia or a rotation is none.
+    /// No body has such a mass or inertia, or a matrix is no rotation.
     #[error("{premise}: {why}")]
     Unphysical {
-        /// What it should be, and of which parameters and coordinates it is made.
+        /// The assumption, with its parameters and coordinates.
         premise: &'static Premise,
-        /// What it is instead.
+        /// Why it does not hold.
         why: Refuted,
     },
     /// A constraint to be engaged or released is not among the switched ones.

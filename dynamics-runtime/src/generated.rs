@@ -17,13 +17,12 @@ pub use crate::linalg::PIVOT_TOLERANCE;
 use crate::model::{Constraints, Linearize, Model, Modes, Quantity, Solved, StateJacobian, Vector};
 use crate::reaction::{self, Reaction, Reactions};
 
-/// Implemented once per `#[dynamics] impl`, before anything else: a second block for the same struct, where
-/// it stands in another module and cannot be told apart before, then has among its errors one that says what
-/// is wrong.
+/// Implemented once per `#[dynamics] impl`. A second block for the same struct, in another module, is then a
+/// compile error whose text has the name of this trait.
 pub trait OnlyOneDynamicsImplPerModel {}
 
-/// What the types that come with the struct need of the model's impl block. They reach it through this trait
-/// alone, at the struct's name, so that a missing block is one error.
+/// The functions of the model's impl block that the types derived from the struct need. They use this trait
+/// only, at the struct's name, so that a missing block is one compile error.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` has no equations of motion; put `#[dynamics]` on the `impl` block with its energies",
     label = "no `#[dynamics] impl` for this"

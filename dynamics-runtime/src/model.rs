@@ -1,7 +1,7 @@
-//! What a model is to the runtime: names, sizes and evaluations, one trait per capability.
+//! The traits of a model: names, sizes and evaluations, one trait per capability.
 //!
-//! The traits are implemented by the code that `#[dynamics]` emits; a hand-written implementation is as good
-//! as a generated one, and the tests use such to check the runtime by itself.
+//! The code that `#[dynamics]` emits implements them. A hand-written implementation is as good; tests use such
+//! to check the runtime without the macros.
 
 mod check;
 mod constraints;
@@ -62,12 +62,11 @@ pub trait ModelState: Copy + PartialEq + Debug + Send + Sync + 'static {
     /// Which switched constraints hold, to be changed. Switching changes no velocity: where a constraint
     /// engages in motion, that is an impact.
     fn modes_mut(&mut self) -> &mut Modes;
-    /// Holds branches of the model's choices, whatever the values say: what a step does that ends where they
-    /// change.
+    /// Holds branches of the model's choices independently of the values, for a step that ends where they change.
     fn hold(&mut self, _branches: Branches) {}
 }
 
-/// Sizes and types of a model: what `#[derive(Dynamics)]` knows from the struct alone.
+/// Sizes and types of a model: what `#[derive(Dynamics)]` generates from the struct alone.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not declared as a model; put `#[derive(Dynamics)]` and `#[coordinates(..)]` on \
         the struct",
@@ -121,7 +120,7 @@ pub trait Dynamics: Model {
     /// listed.
     const PARAMETERS: &'static [Quantity];
 
-    /// What depends on parameters alone, computed once per model.
+    /// Values that depend on parameters alone, computed once per model.
     type Constants: Copy + Send + Sync;
 
     /// Whether the parameters alone decide that energy is conserved, and which momenta are: names of the
@@ -140,16 +139,16 @@ pub trait Dynamics: Model {
     /// Y, S×N by rows, then y, S, at a state with N coordinates and S speeds, written to `values`.
     fn speed_equations(&self, _state: &Self::State, _values: &mut [f64]) {}
 
-    /// Coordinates that turn something as a set of three angles, one of which may lock the others.
+    /// Sets of three angles among the coordinates, which may have gimbal lock.
     const ANGLE_SETS: &'static [AngleSet] = &[];
 
-    /// The value of the scalar parameter of this index in [`Dynamics::PARAMETERS`]; `None` where there is
-    /// none, and for models that do not tell. Starts and runs ask it, so that a parameter that is not a
-    /// finite number is named.
+    /// The value of the scalar parameter with this index in [`Dynamics::PARAMETERS`]; `None` where there is none,
+    /// or where the model does not implement this. Starts and runs report a parameter that is not finite by its
+    /// name.
     fn parameter(&self, _index: usize) -> Option<f64> {
         None
     }
-    /// Computes what depends on parameters alone.
+    /// Computes the values that depend on parameters alone.
     fn constants(&self) -> Result<Self::Constants, SingularMassMatrix>;
     /// q̈ at a state, from constants computed before.
     fn accelerations_with(
@@ -157,13 +156,13 @@ pub trait Dynamics: Model {
         constants: &Self::Constants,
         state: &Self::State,
     ) -> Result<Self::Vector, SolveError>;
-    /// Whether [`Dynamics::accelerations_in_lanes`] is there: straight-line code without choices, not too
-    /// long.
+    /// Whether [`Dynamics::accelerations_in_lanes`] is implemented: for straight-line code without choices that
+    /// is not too long.
     const HAS_LANES: bool = false;
     /// Writes q̈ of four states (q, u) side by side at the times t, with the inputs and modes of `state`,
-    /// each with the same bits as [`Dynamics::accelerations_with`] has them. False, and nothing is meant by
-    /// what is written, where that code does not apply to all four, or there is none: each is then to be
-    /// evaluated by itself.
+    /// each with the same bits as [`Dynamics::accelerations_with`] has them. Returns false,
+    /// and the written values are invalid, where that code does not apply to all four states, or there is none:
+    /// the caller then evaluates each state alone.
     #[inline]
     fn accelerations_in_lanes(
         &self,
@@ -179,8 +178,8 @@ pub trait Dynamics: Model {
     fn accelerations(&self, state: &Self::State) -> Result<Self::Vector, SolveError> {
         self.accelerations_with(&self.constants()?, state)
     }
-    /// ∂q̈/∂q and ∂q̈/∂q̇ at a state, N×N by rows, inputs held, constraints that hold included; `false` where
-    /// no code for them was generated or they do not exist: whoever needs them takes differences then.
+    /// ∂q̈/∂q and ∂q̈/∂q̇ at a state, N×N by rows, for constant inputs and with the active constraints; `false`
+    /// where no code for them was generated or they do not exist: callers then take differences.
     #[inline]
     fn acceleration_derivatives(&self, _state: &Self::State, _by_q: &mut [f64], _by_u: &mut [f64]) -> bool {
         false
@@ -192,9 +191,9 @@ pub trait Dynamics: Model {
     /// Generalized momenta ∂L/∂q̇.
     fn momenta(&self, state: &Self::State) -> Self::Vector;
     /// Whether Q contains velocities: Coriolis terms of a mass matrix that moves, dampers, gyroscopic forces.
-    /// Models that do not tell are taken for such.
+    /// True where that is not known.
     const VELOCITY_FORCES: bool = true;
-    /// Whether time stands in M, Q or the constraints. Models that do not tell are taken for such.
+    /// Whether M, Q or the constraints contain time. True where that is not known.
     const EXPLICIT_TIME: bool = true;
     /// Rates of the momenta, ṗ = ∂L/∂q + applied forces, without constraints. `None` where there is no code
     /// for them, as where M is constant.
@@ -207,28 +206,27 @@ pub trait Dynamics: Model {
     /// Values of the conserved quantities, written to `values` in the order of [`Dynamics::CONSERVED`].
     fn conserved(&self, state: &Self::State, values: &mut [f64]);
 
-    /// What is taken for granted of bodies and frames, as far as it is not so by the way they are written: of
-    /// values that are known only here.
+    /// Assumptions about bodies and frames that depend on values, so that the macro cannot check them.
     const PREMISES: &'static [Premise] = &[];
-    /// Hands on the values of each premise in order, at a state; those that parameters alone decide read
-    /// nothing of it.
+    /// Calls `visit` with the values of each premise in order, at a state. Those that depend on parameters alone
+    /// do not use the state.
     fn premises(&self, _state: &Self::State, _visit: &mut dyn FnMut(&[f64])) {}
 
     /// How many kinks [`Dynamics::kinks`] writes, at most [`MOST_KINKS`].
     const KINKS: usize = 0;
-    /// Whether these are all that there are: `false` of models with more than [`MOST_KINKS`], and where
-    /// choices depend on accelerations.
+    /// Whether these are all kinks: `false` for models with more than [`MOST_KINKS`], and where choices depend
+    /// on accelerations.
     const KINKS_ARE_ALL: bool = true;
-    /// Where the accelerations are not smooth, as far as the model's own expressions decide it (`if`, min,
-    /// max, abs, signum, pieces of functions).
+    /// Where the accelerations are not smooth, by the model's own expressions (`if`, min, max, abs, signum,
+    /// pieces of functions).
     fn kinks(&self, _state: &Self::State, _kinks: &mut [Kink]) {}
 
     /// Whether [`Dynamics::series`] expands motions, and if not, why.
     const SERIES: Expansion = Expansion::None { reason: "its equations were written by hand" };
-    /// What series are made in, `()` where there are none: of one model and its constants.
+    /// The memory of series, `()` where there are none; it belongs to one model and its constants.
     type Series: Default;
-    /// q̈ at a state, as [`Dynamics::accelerations_with`] has it, and in `memory` whatever else a series
-    /// through this state starts with.
+    /// q̈ at a state, as [`Dynamics::accelerations_with`] has it, and in `memory` the other values from which a
+    /// series through this state starts.
     #[inline]
     fn begin_series(
         &self,
@@ -240,8 +238,8 @@ pub trait Dynamics: Model {
     }
     /// Taylor coefficients of the motion through a state with these accelerations, inputs and modes held:
     /// x(t + s·scale) = Σ xₖ sᵏ. Rows k of q and u get the coefficients k; as many orders as there are rows,
-    /// at most [`MOST_SERIES_ORDER`]. Called only where [`Dynamics::SERIES`] says that it is there.
-    /// False where there is none at this state: constraints depend on each other.
+    /// at most [`MOST_SERIES_ORDER`]. Called only where [`Dynamics::SERIES`] is [`Expansion::Generated`].
+    /// Returns false where no series exists at this state, since constraints depend on each other.
     fn series(
         &self,
         _constants: &Self::Constants,
@@ -315,8 +313,8 @@ impl<M: Model> Debug for StateJacobian<M> {
     }
 }
 
-/// Parameters that can be changed, and what the accelerations make of it: what sweeps, sensitivities and fits
-/// ask. Every derived model has it.
+/// Parameters that can be changed, and the derivatives of the accelerations by them: for sweeps, sensitivities
+/// and fits. Every derived model implements it.
 ///
 /// ```
 /// # use dynamics_runtime as dynamics;
@@ -334,11 +332,11 @@ impl<M: Model> Debug for StateJacobian<M> {
     label = "no `Parameters` for this"
 )]
 pub trait Parameters: Dynamics {
-    /// Sets the scalar parameter of this index in [`Dynamics::PARAMETERS`]; false where there is none. What
-    /// the value means is not checked: simulations do that.
+    /// Sets the scalar parameter with this index in [`Dynamics::PARAMETERS`]; false where there is none. The
+    /// value is not checked here: simulations do that.
     fn set_parameter(&mut self, index: usize, value: f64) -> bool;
 
-    /// The model with one parameter changed; `None` where there is none of this index.
+    /// The model with one parameter changed; `None` where there is none with this index.
     fn with_parameter(&self, index: usize, value: f64) -> Option<Self>
     where
         Self: Clone,
@@ -347,8 +345,8 @@ pub trait Parameters: Dynamics {
         changed.set_parameter(index, value).then_some(changed)
     }
 
-    /// ∂q̈/∂parameters at a state, N×P by rows, constraints that hold included; `false` where no code for
-    /// them was generated or they do not exist: whoever needs them takes differences of the equations then.
+    /// ∂q̈/∂parameters at a state, N×P by rows, with the active constraints; `false` where no code for them was
+    /// generated or they do not exist: callers then take differences of the equations.
     #[inline]
     fn acceleration_by_parameters(&self, _state: &Self::State, _values: &mut [f64]) -> bool {
         false
@@ -360,8 +358,8 @@ pub trait Powers: Dynamics {
     /// One entry per `#[force]` and per `#[dissipation]` function (by its name), and a last one,
     /// `explicit time`, where the Lagrangian contains time: −∂L/∂t.
     const POWERS: &'static [Quantity];
-    /// Whether the energy function contains inputs. While they are held the powers are complete; the work of
-    /// inputs that change contains their rates, which are not known.
+    /// Whether the energy function contains inputs. For constant inputs the powers are complete. The work of
+    /// varying inputs contains their rates, which are not known.
     const ENERGY_HAS_INPUTS: bool = false;
     /// The powers at a state, written to `values`.
     fn powers(&self, state: &Self::State, values: &mut [f64]);
@@ -384,14 +382,14 @@ pub trait Events: Dynamics {
     fn events(&self, state: &Self::State, values: &mut [f64]) -> Result<(), SolveError>;
 }
 
-/// A model that says all that a simulation asks: powers, outputs, events and constraints. Every derived model
-/// does.
+/// All traits that a simulation needs: powers, outputs, events and constraints. Every derived model implements
+/// them.
 pub trait SimulationModel: Powers + Outputs + Events + Constraints {}
 
 impl<M: Powers + Outputs + Events + Constraints> SimulationModel for M {}
 
-/// How a model is drawn in animations: by its `#[drawing]` function, or, where it has none, by the points
-/// that its helper functions return.
+/// The drawing of a model in animations: by its `#[drawing]` function, or, without one, by the points that its
+/// helper functions return.
 #[cfg(feature = "alloc")]
 pub trait Draw: Model {
     /// The picture at one instant.

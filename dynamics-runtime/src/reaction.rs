@@ -1,8 +1,8 @@
 //! Reactions and modes of constraints, as the functions of a model read them: `q.reaction(Self::rod)`,
 //! `q.slip(Self::stick)`.
 //!
-//! A constraint is named by its function. Every function has a type of its own, so that its [`TypeId`] finds
-//! the constraint ([`Constraints::constraint_of`]), and what it returns gives the reaction its shape.
+//! A constraint is identified by its function. Every function has its own type, whose [`TypeId`] finds the
+//! constraint ([`Constraints::constraint_of`]). The return type of the function gives the shape of the reaction.
 
 use core::any::TypeId;
 
@@ -49,7 +49,7 @@ impl<T: Reaction, const N: usize> Reaction for [T; N] {
     }
 }
 
-/// Multipliers and modes at one instant: what a model's coordinates hold beside their jets. `R`: one number
+/// Multipliers and modes at one instant, which a model's coordinates contain besides their jets. `R`: one number
 /// per row.
 #[derive(Clone, Copy, Debug)]
 pub struct Reactions<R> {

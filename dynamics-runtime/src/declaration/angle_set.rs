@@ -22,8 +22,7 @@ pub struct AngleSet {
 }
 
 impl AngleSet {
-    /// How far the middle angle is from the nearest value at which the set locks, in rad; not a number for an
-    /// angle that is none.
+    /// Distance of the middle angle from the nearest value at which the set locks, in rad; NaN for NaN.
     #[must_use]
     pub fn distance(&self, q: &[f64]) -> f64 {
         let middle = q[self.angles[1]];

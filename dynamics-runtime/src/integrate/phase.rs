@@ -43,7 +43,7 @@ impl<V: Vector> Stages<V> {
     pub fn zeros() -> Self {
         Self { q: V::Wide::zeros(), u: V::Wide::zeros() }
     }
-    /// The phase in one lane.
+    /// The phase of one lane.
     #[inline(always)]
     #[must_use]
     pub fn of(&self, lane: usize) -> Phase<V> {

@@ -78,7 +78,7 @@ pub struct Stepper<V, S> {
     now: StepNode<V>,
     /// Size proposed for the next step, positive.
     h: f64,
-    /// Fixed steps are counted from here, so that their times carry no accumulated rounding.
+    /// Time from which fixed steps are counted, and their number, so that rounding of times does not add up.
     origin: (f64, u64),
     accepted: u64,
     rejected: u64,
@@ -139,7 +139,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         Ok(stepper)
     }
 
-    /// Where it stands.
+    /// The present state.
     #[must_use]
     pub fn now(&self) -> &StepNode<V> {
         &self.now

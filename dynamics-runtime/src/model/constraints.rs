@@ -83,15 +83,14 @@ pub trait Constraints: Dynamics {
     const CONSTRAINTS: &'static [Constraint];
     /// The rows by name, `closure.x`, with the unit of Φ or of A q̇ + b.
     const ROWS: &'static [Quantity];
-    /// How q̈ and λ are found.
+    /// The solver of q̈ and λ.
     const ROUTE: Route;
-    /// Which coordinates follow from which rows, in the order of elimination; empty where it goes another
-    /// way.
+    /// Which coordinates are eliminated by which rows, in order; empty where the generated code does not
+    /// eliminate coordinates.
     const BLOCKS: &'static [Block] = &[];
     /// Whether applied forces depend on reactions.
     const FRICTION: bool = false;
-    /// Whether M comes from a kinetic energy, so that no motion that the constraints leave may have negative
-    /// inertia.
+    /// Whether M comes from a kinetic energy, so that negative inertia of an admissible motion is an error.
     const KINETIC: bool = false;
 
     /// Φ(q,t), zero on every motion.
@@ -120,11 +119,10 @@ pub trait Constraints: Dynamics {
     }
     /// How many kinks [`Constraints::reaction_kinks`] writes, at most [`MOST_KINKS`](super::MOST_KINKS).
     const REACTION_KINKS: usize = 0;
-    /// Where the accelerations are not smooth, as far as reactions decide it: |λ| in the size of a friction
-    /// force.
+    /// Where the accelerations are not smooth because of reactions: |λ| in a friction force.
     fn reaction_kinks(&self, _state: &Self::State, _multipliers: &Self::Rows, _kinks: &mut [Kink]) {}
-    /// q̈ and λ by the generated code; `None` where it does not apply (a pivot is too small, there is no code
-    /// for what is released) or does not exist. Looks at the state's modes itself. Models without constraints
+    /// q̈ and λ by the generated code; `None` where it does not apply (a pivot is too small, a constraint is
+    /// released) or does not exist. It evaluates the modes of the state. Models without constraints
     /// give q̈ alone.
     fn solve_unrolled(
         &self,

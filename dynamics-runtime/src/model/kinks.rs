@@ -1,27 +1,28 @@
-//! Where the accelerations of a model are not smooth, and the branches that a step holds up to there.
+//! Kinks, where the accelerations of a model are not smooth, and the branches that a step holds.
 
 use crate::math;
 use crate::smooth::SmoothFunction;
 
-/// Most kinks of a model that are followed.
+/// Most kinks of a model: [`Branches`] has as many bits.
 pub const MOST_KINKS: usize = 64;
 
-/// A value with the interval around it within which accelerations are smooth: steps end where it is left.
+/// A switching function: a value with the interval around it in which accelerations are smooth. Steps end where
+/// the value leaves the interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kink {
-    /// What a branch of the model depends on, or the argument of a function that is made of pieces.
+    /// The value on which a branch of the model depends, or the argument of a function in pieces.
     pub value: f64,
-    /// From where to where it can go before the branch or the piece changes.
+    /// The interval of the value in which neither branch nor piece changes.
     pub smooth: [f64; 2],
-    /// Whether its sign decides a branch, which a state can hold.
+    /// Whether its sign selects a branch, which a state can hold.
     pub decides: bool,
-    /// Whether it is where an angle, by `atan2`, jumps by a turn: what is made of the angle jumps there, and
-    /// what moves does not.
+    /// Whether an angle from `atan2` jumps by a full turn there: expressions of the angle jump, the motion does
+    /// not.
     pub is_cut: bool,
 }
 
 impl Kink {
-    /// None: nothing leaves this interval.
+    /// No kink: no value leaves this interval.
     pub const NONE: Self =
         Self { value: 0.0, smooth: [f64::NEG_INFINITY, f64::INFINITY], decides: false, is_cut: false };
 
@@ -57,7 +58,7 @@ pub struct Branches {
 }
 
 impl Branches {
-    /// None is held: values decide.
+    /// No branch is held: values decide.
     pub const FREE: Self = Self { held: 0, below: 0 };
 
     /// Holds the branch of a kink's value below or above zero.
@@ -66,7 +67,7 @@ impl Branches {
         self.below = self.below & !(1 << kink) | u64::from(below) << kink;
     }
 
-    /// Whether no branch that both hold is another one.
+    /// Whether all branches that both hold are equal.
     #[must_use]
     pub fn agrees(self, other: Self) -> bool {
         (self.below ^ other.below) & self.held & other.held == 0
@@ -78,7 +79,7 @@ impl Branches {
         Self { held: self.held & 1 << kink, below: self.below & 1 << kink }
     }
 
-    /// Whether every branch that it holds is held there, too, as whichever.
+    /// Whether the other holds every branch that this one holds, on either side.
     #[must_use]
     pub fn is_part_of(self, other: Self) -> bool {
         self.held & !other.held == 0
@@ -90,7 +91,7 @@ impl Branches {
         self.held >> kink & 1 == 1
     }
 
-    /// Whether the value counts as negative: as held, else as it is.
+    /// Whether the value counts as negative: by the held branch, else by its sign.
     #[inline(always)]
     #[must_use]
     pub fn below(self, kink: usize, now: bool) -> bool {
@@ -119,7 +120,7 @@ impl Branches {
         }
     }
 
-    /// The angle of (x, y), which goes on beyond ±π where the sign of y is held.
+    /// The angle of (x, y); continuous across ±π where the sign of y is held.
     #[inline(always)]
     #[must_use]
     pub fn atan2(self, kink: usize, y: f64, x: f64) -> f64 {

@@ -1,4 +1,4 @@
-//! Names and units of what a motion holds.
+//! Names and units of the quantities of a motion.
 
 use alloc::format;
 use alloc::string::String;

@@ -25,8 +25,8 @@ pub trait Vector:
     fn as_mut_slice(&mut self) -> &mut [f64];
 }
 
-/// What a law for the inputs may return: their vector, an array of as many numbers, or the number itself
-/// where there is one input.
+/// The values that an input law may return: the vector of inputs, an array of as many numbers, or, for one
+/// input, a number.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not what the inputs of this model are set to",
     label = "return a number for each input, `[torque, force]`; for one input `[torque]` or `torque`"

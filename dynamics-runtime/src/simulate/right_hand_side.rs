@@ -389,7 +389,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
     }
 
     /// Sets the correction that tied gains add during a step, and evaluates its start anew. See
-    /// [`Accelerations::attempting`].
+    /// [`Accelerations::begin_attempt`].
     #[inline(never)]
     fn apply_tied_gains(&mut self, start: &mut StepNode<M::Vector>, h: f64) -> Result<(), EvaluationError> {
         let state = self.on_branches(&self.state(start.t, &start.y.q, &start.y.u));

@@ -485,7 +485,7 @@ mod tests {
         assert_eq!(found, Err(ScanError::Function("nowhere")));
     }
 
-    /// Where nothing is at risk nothing is evaluated; a touch costs the way down to rounding.
+    /// Parts that cannot have a zero cost nothing; a touch is divided down to rounding.
     #[test]
     fn only_what_is_at_risk_costs() {
         assert_eq!(follow(|x| 1.0 + x + x * x, 8, 1.0).1, 0);
@@ -502,13 +502,13 @@ mod tests {
         assert_eq!(crossings(|x| if x < 0.3 { 1.0 } else { -2.0 }, 8, 1.0).len(), 1);
         assert_eq!(crossings(|x| 1.0 / (x - 0.3), 8, -1.0).len(), 1);
         assert!(crossings(|x| if x < 0.3 { 5.0 } else { 1e-6 }, 8, 1.0).is_empty());
-        // Kinks far from zero are none of its business.
+        // Kinks far from zero cost few evaluations.
         let (found, calls) = follow(|x| 1.001 - (40.0 * x).cos().abs(), 8, 1.0);
         assert!(found.is_empty() && calls < 2000, "{found:?} {calls}");
         assert_eq!(crossings(|x| (x - 0.3).abs() - 1e-3, 8, 1.0).len(), 2);
     }
 
-    /// What follows the first crossing that ends a step is none of its business.
+    /// Behind the crossing that ends it, the scan does not evaluate the function.
     #[test]
     fn nothing_is_looked_for_beyond_the_last_crossing_that_is_wanted() {
         let g = |x: f64| (20.0 * x).cos();

@@ -388,7 +388,7 @@ mod tests {
         assert_eq!(crossing.judge(2, 3.0, || true), CrossingVerdict::Accept);
         crossing.update_usual(false);
         crossing.begin_step();
-        // Elsewhere it is left as it is.
+        // Away from rank loss it is accepted.
         assert_eq!(crossing.judge(0, 1e3, || false), CrossingVerdict::Accept);
     }
 
@@ -401,7 +401,7 @@ mod tests {
         [false, true].into_iter().for_each(|done| crossing.count_part(2.0, false, done));
         assert_eq!(crossing.subdivided_steps(), (1, Some(2.0)));
         crossing.begin_step();
-        // The last one, which is as short as the motion leaves it.
+        // The last step of a run, which is shorter than the others.
         crossing.count_part(3.0, false, true);
         assert_eq!(crossing.subdivided_steps(), (1, Some(2.0)));
     }
@@ -429,7 +429,7 @@ mod tests {
             }
             let (t, error, noise) = tried[tried.len() - 1];
             let better = crossing.better_end(&trial(t, error, noise), retries);
-            // What is made again is taken.
+            // The repeated attempt is accepted.
             assert!(better.is_none_or(|end| !crossing.needs_retry(&mut 0, &trial(end, 0.5, 9.0), true)));
             better.unwrap_or(t)
         };
@@ -445,7 +445,7 @@ mod tests {
             ]
         };
         assert_eq!((taken(&uncertain(6.0)), taken(&uncertain(4.0))), (0.9, 0.5));
-        // One that is refused is none.
+        // An attempt whose error is too large is not better.
         let mut refused = uncertain(0.1);
         refused[5].1 = 2.0;
         assert_eq!(taken(&refused), 0.9);

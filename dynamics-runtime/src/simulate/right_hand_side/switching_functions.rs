@@ -145,7 +145,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
 
     /// The part of the step at which the first kink changes its sign; `None` where there is none before its
     /// end. Kinks with held branches cannot be why a step `fails`, and are skipped then. See
-    /// [`Switching::kink`](crate::integrate::Switching::kink).
+    /// [`Switching::locate_kink`](crate::integrate::Switching::locate_kink).
     #[cold]
     pub(crate) fn first_kink(
         &mut self,
