@@ -154,13 +154,13 @@ impl<'m, M: Constraints> PathTracer<'m, M> {
     /// angles turn fast, and a prediction may reach the same position some turns further. All constraints
     /// hold there, and only this test shows that the turns were not made.
     fn leads_back(&self, to: &PathPoint<M>, from: &M::State) -> bool {
-        let mut no_continuation = *Self::predict(to, from.t()).q();
-        add(&mut no_continuation, -1.0, from.q());
+        let mut missed = *Self::predict(to, from.t()).q();
+        add(&mut missed, -1.0, from.q());
         let mut way = *to.state.q();
         add(&mut way, -1.0, from.q());
         let length = |x: &M::Vector| self.scaling.length(x.as_slice());
         let unit = self.scaling.scale(M::Vector::zeros().as_slice());
-        length(&no_continuation) <= RETURN_SHARE * length(&way) + SHORT_WAY * unit
+        length(&missed) <= RETURN_SHARE * length(&way) + SHORT_WAY * unit
     }
 
     /// The factor by which the next step may be longer.
