@@ -79,10 +79,13 @@ fn characteristic(q: f64, even: bool) -> f64 {
     low
 }
 
+/// Points of the map: amplitude in lengths of the rod, frequency in natural frequencies.
+type Region = Vec<(f64, f64)>;
+
 /// Amplitudes and frequencies at which the pendulum stands, falls over, and swings out.
-fn regions(length: f64, g: f64) -> Result<[Vec<(f64, f64)>; 3], Box<dyn std::error::Error>> {
+fn regions(length: f64, g: f64) -> Result<[Region; 3], Box<dyn std::error::Error>> {
     let natural = (g / length).sqrt();
-    let mut regions: [Vec<(f64, f64)>; 3] = Default::default();
+    let mut regions: [Region; 3] = Default::default();
     let mut undecided = 0;
     for i in 1..=48 {
         for k in 1..=48 {
@@ -140,7 +143,7 @@ fn border(length: f64, g: f64) -> common::Outcome {
 }
 
 /// Draws the regions with their borders.
-fn draw_map([stands, falls, swings]: [Vec<(f64, f64)>; 3], files: &mut common::Files) -> common::Outcome {
+fn draw_map([stands, falls, swings]: [Region; 3], files: &mut common::Files) -> common::Outcome {
     let curve = |even: bool| {
         let at = move |k: i32| 0.7 * f64::from(k) / 400.0;
         let speed = move |part: f64| 2.0 / (-characteristic(2.0 * part, even)).sqrt();

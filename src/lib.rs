@@ -152,9 +152,10 @@ pub mod __private {
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::model::Draw;
     pub use dynamics_runtime::model::{
-        AngleSet, Block, Branches, Claim, ConservedKind, ConservedQuantity, Constraint, ConstraintKind,
-        Constraints, Dynamics, Energies, Events, Expansion, Kink, Linearize, Model, ModelState, Modes,
-        Outputs, Parameters, Powers, Premise, Quantity, Route, Solved, StateJacobian, Terms, Vector, WideOf,
+        ActiveSet, AngleSet, Assumption, AssumptionKind, Block, Branches, ConservedKind, ConservedQuantity,
+        Constraint, ConstraintKind, Constraints, Dynamics, Energies, Events, Expansion, Kink, Linearize,
+        Model, ModelState, Outputs, Parameters, Powers, Quantity, Solved, SolverKind, StateJacobian, Terms,
+        Vector, WideOf,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::{Drawing, Places, Point};

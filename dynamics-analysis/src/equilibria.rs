@@ -233,7 +233,7 @@ fn allowed_forces<M: Constraints>(
 
 /// Whether a nonholonomic constraint is active, which leaves more positions than velocities.
 pub(super) fn has_nonholonomic_rows<M: Constraints>(state: &M::State) -> bool {
-    active_rows::<M>(state.modes(), false).any(|row| row >= M::Residual::LEN)
+    active_rows::<M>(state.active_set(), false).any(|row| row >= M::Residual::LEN)
 }
 
 /// Checks that a state is an equilibrium or a steady motion a little later, too.
@@ -285,7 +285,7 @@ fn check_rest<M: Constraints>(model: &M, state: &M::State) -> Result<(), Equilib
     let rates = model.velocity_residual(state);
     let size = fastest(state);
     let holds = |row: &usize| rates[*row].abs() <= ROW_TOLERANCE * size;
-    match active_rows::<M>(state.modes(), false).find(|row| !holds(row)) {
+    match active_rows::<M>(state.active_set(), false).find(|row| !holds(row)) {
         Some(row) => Err(EquilibriumError::Moving { row: M::ROWS[row].name, rate: rates[row] }),
         None => Ok(()),
     }
@@ -396,7 +396,7 @@ fn violated_row<M: Constraints>(model: &M, state: &M::State, rate: f64) -> Optio
     let sizes = scales(M::COORDINATES, state.q().as_slice());
     let (rows, rates, jacobian) =
         (model.residual(state), model.velocity_residual(state), model.jacobian(state));
-    active_rows::<M>(state.modes(), false).find_map(|row| {
+    active_rows::<M>(state.active_set(), false).find_map(|row| {
         let position = if row < M::Residual::LEN { rows[row].abs() } else { 0.0 };
         let missed = position.max(rates[row].abs());
         let along: f64 =

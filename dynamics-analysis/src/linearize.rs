@@ -224,7 +224,7 @@ impl ModelDerivatives {
             DMatrix::from_row_slice(rows, columns, matrix)
         };
         let (by_q, by_u, by_w, velocity_by) = (take(n + r, n), take(n + r, n), take(n + r, w), take(r, n));
-        let active: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
+        let active: Vec<usize> = active_rows::<M>(state.active_set(), false).collect();
         let of_rows = |m: &DMatrix<f64>| m.rows(n, r).select_rows(&active);
         Ok(Self {
             mass: DMatrix::from_row_slice(n, n, &mass),

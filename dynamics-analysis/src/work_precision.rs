@@ -23,8 +23,9 @@
 mod advice;
 mod error;
 mod errors;
-mod json;
+mod json_lines;
 mod measure;
+#[cfg(feature = "json")]
 mod outside;
 mod reference;
 mod show;

@@ -6,6 +6,7 @@
 //! here may recurse or loop without bound: see the limits in `expressions.rs`, `control.rs` and
 //! `syntax/limits.rs`.
 
+mod assumptions;
 mod bodies;
 mod calls;
 mod constraints;
@@ -22,7 +23,6 @@ mod origins;
 mod outside;
 mod paths;
 mod patterns;
-mod premises;
 mod records;
 mod roles;
 mod rotations;
@@ -97,7 +97,7 @@ struct Elaborator<'a> {
     /// Rigid bodies that have energies.
     bodies: bodies::Bodies,
     /// What is taken for granted of bodies and frames.
-    premises: premises::Premises,
+    assumptions: assumptions::Assumptions,
     /// The constraints so far.
     constraints: Vec<DeclaredConstraint>,
     /// The generalized speeds so far.
@@ -167,7 +167,7 @@ fn elaborate_sums(
         rotations: rotations::Rotations::new(),
         places: bodies::Places::default(),
         bodies: bodies::Bodies::default(),
-        premises: premises::Premises::default(),
+        assumptions: assumptions::Assumptions::default(),
         constraints: Vec::new(),
         speeds: Vec::new(),
         role: Role::Helper,
@@ -187,7 +187,7 @@ fn elaborate_sums(
     elaborator.readers_outside();
     elaborator.note_angle_sets();
     elaborator.place_bodies();
-    elaborator.place_premises();
+    elaborator.place_assumptions();
     let followed = elaborator.followed();
     let (taken, words) = (elaborator.taken.clone(), elaborator.taken_words.clone());
     let constants = Constants { followed, taken, words };

@@ -6,7 +6,7 @@
 //! # What is lost
 //!
 //! Other solvers have no events, resets and switched constraints: inputs are held or follow a law, and the
-//! modes are those of the start. For models with constraints they integrate the augmented formulation (Φ̈ = 0
+//! active set are those of the start. For models with constraints they integrate the augmented formulation (Φ̈ = 0
 //! in every evaluation). Nothing keeps Φ and Φ̇ at zero: errors of the solver make them *drift*, positions in
 //! proportion to t², however accurate each step is. [`FirstOrder::state`] gives states whose `residual`
 //! measures the drift. To stay on the constraints, use [`crate::simulate::Simulate::simulate`], which projects.
@@ -76,7 +76,7 @@ struct LastJacobian {
 }
 
 impl<'m, M: Simulate> FirstOrder<'m, M> {
-    /// The system of a model from a start; inputs and modes are held as they are there.
+    /// The system of a model from a start; inputs and active set are held as they are there.
     ///
     /// # Errors
     /// [`AdapterError::Parameter`] where one is not finite, or a mass is negative; [`AdapterError::Singular`]
@@ -209,7 +209,7 @@ impl<'m, M: Simulate> FirstOrder<'m, M> {
 
     fn complete(&self, t: f64, q: M::Vector, u: M::Vector) -> M::State {
         let mut state = M::State::new(t, q, u, *self.start.inputs());
-        *state.modes_mut() = self.start.modes();
+        *state.active_set_mut() = self.start.active_set();
         with_inputs::<M>(self.law.as_ref(), state)
     }
 

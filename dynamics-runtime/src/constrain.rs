@@ -49,7 +49,7 @@ use system::{FactoredSystem, GammaResidual, ModelTerms, SystemNames};
 
 use crate::error::SolveError;
 use crate::linalg::{WorkMemory, max_abs};
-use crate::model::{Constraints, Known, ModelState, Route, Solved, Terms, Vector, Workspace};
+use crate::model::{Constraints, ModelState, Solved, SolverKind, StaticTraits, Terms, Vector, Workspace};
 
 // Public for dynamics-analysis alone. What users call is exported below.
 #[doc(hidden)]
@@ -231,8 +231,8 @@ pub fn accelerate<M: Constraints>(
     state: &M::State,
     workspace: &mut [f64],
 ) -> Result<DiagnosedAccelerations<M::Vector>, SolveError> {
-    let unrolled = match M::ROUTE {
-        Route::Unconstrained => Some(model.accelerations_with(constants, state)?),
+    let unrolled = match M::SOLVER {
+        SolverKind::Unconstrained => Some(model.accelerations_with(constants, state)?),
         _ => model.accelerate_unrolled(constants, state),
     };
     match unrolled {
@@ -342,8 +342,8 @@ fn solve_frictionless<M: Constraints>(
     with_forces: bool,
     workspace: &mut [f64],
 ) -> Result<ConstrainedAccelerationsOf<M>, SolveError> {
-    let modes = state.modes();
-    let active = |row: usize| holds::<M>(modes, row);
+    let active_set = state.active_set();
+    let active = |row: usize| holds::<M>(active_set, row);
     let Some(mut factored) = FactoredEquations::new(model, state, &active, with_forces, workspace)? else {
         return Ok(undefined());
     };
@@ -388,8 +388,8 @@ pub(crate) fn check_unique<M: Constraints>(
     row: usize,
     workspace: &mut [f64],
 ) -> Result<(), SolveError> {
-    let modes = state.modes();
-    let factored = FactoredEquations::new(model, state, &|row| holds::<M>(modes, row), true, workspace)?;
+    let active_set = state.active_set();
+    let factored = FactoredEquations::new(model, state, &|row| holds::<M>(active_set, row), true, workspace)?;
     match factored.is_none_or(|mut factored| factored.system.is_unique(row)) {
         true => Ok(()),
         false => Err(SolveError::ReactionNotUnique { row: system_names::<M>().row(row) }),

@@ -4,15 +4,15 @@
 //! both. Users find them in `model`.
 
 mod angle_set;
+mod assumption;
 mod constraint;
-mod premise;
 mod top_contributors;
 #[cfg(feature = "alloc")]
 mod unit_dimension;
 
 pub use angle_set::AngleSet;
-pub use constraint::{Block, Constraint, ConstraintKind, Route};
-pub use premise::{Claim, Premise, Refuted};
+pub use assumption::{Assumption, AssumptionKind, AssumptionViolation};
+pub use constraint::{Block, Constraint, ConstraintKind, SolverKind};
 pub use top_contributors::TopContributors;
 #[cfg(feature = "alloc")]
 pub(crate) use unit_dimension::UnitDimension;

@@ -4,7 +4,7 @@ use core::fmt;
 
 pub(crate) use dynamics_vocabulary::sentence_for_debugging;
 
-use crate::declaration::{Constraint, Premise, Refuted, TopContributors};
+use crate::declaration::{Assumption, AssumptionViolation, Constraint, TopContributors};
 
 /// The mass matrix has no inverse at this state: a pivot of its factorization LDLᵀ vanished against its
 /// diagonal.
@@ -277,12 +277,12 @@ pub enum StateError {
         value: f64,
     },
     /// No body has such a mass or inertia, or a matrix is no rotation.
-    #[error("{premise}: {why}")]
+    #[error("{assumption}: {why}")]
     Unphysical {
         /// The assumption, with its parameters and coordinates.
-        premise: &'static Premise,
+        assumption: &'static Assumption,
         /// Why it does not hold.
-        why: Refuted,
+        why: AssumptionViolation,
     },
     /// A constraint to be engaged or released is not among the switched ones.
     #[error(fmt = not_switched)]

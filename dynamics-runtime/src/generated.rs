@@ -14,7 +14,7 @@ use crate::error::{SingularMassMatrix, SolveError, StateError};
 use crate::expr::Expr;
 use crate::lanes::Lanes;
 pub use crate::linalg::PIVOT_TOLERANCE;
-use crate::model::{Constraints, Linearize, Model, Modes, Quantity, Solved, StateJacobian, Vector};
+use crate::model::{ActiveSet, Constraints, Linearize, Model, Quantity, Solved, StateJacobian, Vector};
 use crate::reaction::{self, Reaction, Reactions};
 
 /// Implemented once per `#[dynamics] impl`. A second block for the same struct, in another module, is then a
@@ -250,8 +250,8 @@ pub fn no_derivatives<M: Constraints>(coordinate: bool, index: usize, pivot: f64
 /// The error of derivatives, which are generated for all constraints, while one is released.
 #[inline]
 #[must_use]
-pub fn released<M: Constraints>(modes: Modes) -> Option<SolveError> {
-    let is_released = |index: &usize| !modes.holds(*index);
+pub fn released<M: Constraints>(active_set: ActiveSet) -> Option<SolveError> {
+    let is_released = |index: &usize| !active_set.holds(*index);
     let found = M::CONSTRAINTS.iter().find(|c| c.switched.as_ref().is_some_and(is_released))?;
     Some(SolveError::Released { constraint: found.name })
 }

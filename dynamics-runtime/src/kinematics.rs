@@ -108,6 +108,13 @@ impl<'m, M: Simulate + Constraints> Deref for KinematicMotion<'m, M> {
     }
 }
 
+/// Its summary.
+impl<M: Simulate + Constraints> core::fmt::Display for KinematicMotion<'_, M> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        core::fmt::Display::fmt(&self.summary, f)
+    }
+}
+
 impl<M: Simulate + Constraints> core::fmt::Debug for KinematicMotion<'_, M> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.debug_struct("KinematicMotion")
@@ -260,7 +267,7 @@ impl<'m, M: Simulate + Constraints> Analysis<'m, M> {
         let mut resting = self.guess;
         *resting.u_mut() = M::Vector::zeros();
         // Positions first. Velocities need not exist in a singular position.
-        let rows: Vec<usize> = constrain::active_set::active_rows::<M>(resting.modes(), true).collect();
+        let rows: Vec<usize> = constrain::active_set::active_rows::<M>(resting.active_set(), true).collect();
         let placed = constrain::assemble::positions_of(self.model, resting, &none).map_err(Kind::Start)?;
         let scaling = PathScaling::from(self.model, &placed, rows);
         let svd = self.svd(&scaling, &placed)?;

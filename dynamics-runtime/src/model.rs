@@ -3,11 +3,11 @@
 //! The code that `#[dynamics]` emits implements them. A hand-written implementation is as good; tests use such
 //! to check the runtime without the macros.
 
+mod active_set;
 mod check;
 mod constraints;
 mod kinks;
-mod known;
-mod modes;
+mod static_traits;
 // Public for dynamics-analysis alone.
 #[cfg(feature = "alloc")]
 #[doc(hidden)]
@@ -18,15 +18,15 @@ use core::fmt::{self, Debug};
 use core::ops::Index;
 
 pub use crate::declaration::{
-    AngleSet, Block, Claim, ConservedKind, ConservedQuantity, Constraint, ConstraintKind, Expansion, Premise,
-    Quantity, Refuted, Route,
+    AngleSet, Assumption, AssumptionKind, AssumptionViolation, Block, ConservedKind, ConservedQuantity,
+    Constraint, ConstraintKind, Expansion, Quantity, SolverKind,
 };
+pub use active_set::ActiveSet;
 #[cfg(feature = "alloc")]
-pub(crate) use check::{parameter_not_finite, refuted};
+pub(crate) use check::{parameter_not_finite, violated_assumption};
 pub use constraints::{Constraints, NoMatrix, NoRows, Solved, Terms, Workspace};
 pub use kinks::{Branches, Kink, MOST_KINKS};
-pub(crate) use known::Known;
-pub use modes::Modes;
+pub(crate) use static_traits::StaticTraits;
 pub use vector::{InputValues, Square, Vector};
 
 use crate::error::{SingularMassMatrix, SolveError};
@@ -58,10 +58,10 @@ pub trait ModelState: Copy + PartialEq + Debug + Send + Sync + 'static {
     /// Input values, to be changed.
     fn inputs_mut(&mut self) -> &mut Self::Inputs;
     /// Which switched constraints hold.
-    fn modes(&self) -> Modes;
+    fn active_set(&self) -> ActiveSet;
     /// Which switched constraints hold, to be changed. Switching changes no velocity: where a constraint
     /// engages in motion, that is an impact.
-    fn modes_mut(&mut self) -> &mut Modes;
+    fn active_set_mut(&mut self) -> &mut ActiveSet;
     /// Holds branches of the model's choices independently of the values, for a step that ends where they change.
     fn hold(&mut self, _branches: Branches) {}
 }
@@ -159,7 +159,7 @@ pub trait Dynamics: Model {
     /// Whether [`Dynamics::accelerations_in_lanes`] is implemented: for straight-line code without choices that
     /// is not too long.
     const HAS_LANES: bool = false;
-    /// Writes q̈ of four states (q, u) side by side at the times t, with the inputs and modes of `state`,
+    /// Writes q̈ of four states (q, u) side by side at the times t, with the inputs and active set of `state`,
     /// each with the same bits as [`Dynamics::accelerations_with`] has them. Returns false,
     /// and the written values are invalid, where that code does not apply to all four states, or there is none:
     /// the caller then evaluates each state alone.
@@ -207,10 +207,10 @@ pub trait Dynamics: Model {
     fn conserved(&self, state: &Self::State, values: &mut [f64]);
 
     /// Assumptions about bodies and frames that depend on values, so that the macro cannot check them.
-    const PREMISES: &'static [Premise] = &[];
-    /// Calls `visit` with the values of each premise in order, at a state. Those that depend on parameters alone
+    const ASSUMPTIONS: &'static [Assumption] = &[];
+    /// Calls `visit` with the values of each assumption in order, at a state. Those that depend on parameters alone
     /// do not use the state.
-    fn premises(&self, _state: &Self::State, _visit: &mut dyn FnMut(&[f64])) {}
+    fn assumptions(&self, _state: &Self::State, _visit: &mut dyn FnMut(&[f64])) {}
 
     /// How many kinks [`Dynamics::kinks`] writes, at most [`MOST_KINKS`].
     const KINKS: usize = 0;
@@ -236,7 +236,7 @@ pub trait Dynamics: Model {
     ) -> Result<Self::Vector, SolveError> {
         self.accelerations_with(constants, state)
     }
-    /// Taylor coefficients of the motion through a state with these accelerations, inputs and modes held:
+    /// Taylor coefficients of the motion through a state with these accelerations, inputs and active set held:
     /// x(t + s·scale) = Σ xₖ sᵏ. Rows k of q and u get the coefficients k; as many orders as there are rows,
     /// at most [`MOST_SERIES_ORDER`]. Called only where [`Dynamics::SERIES`] is [`Expansion::Generated`].
     /// Returns false where no series exists at this state, since constraints depend on each other.

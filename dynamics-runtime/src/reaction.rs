@@ -1,4 +1,4 @@
-//! Reactions and modes of constraints, as the functions of a model read them: `q.reaction(Self::rod)`,
+//! Reactions and active set of constraints, as the functions of a model read them: `q.reaction(Self::rod)`,
 //! `q.slip(Self::stick)`.
 //!
 //! A constraint is identified by its function. Every function has its own type, whose [`TypeId`] finds the
@@ -8,7 +8,7 @@ use core::any::TypeId;
 
 use crate::error::StateError;
 use crate::expr::Expr;
-use crate::model::{Constraint, Constraints, Modes, Vector};
+use crate::model::{ActiveSet, Constraint, Constraints, Vector};
 use crate::vector::{Vec2, Vec3};
 
 /// What a constraint's function returns: a scalar, a vector, an array of them. Its reaction λ has the same
@@ -49,24 +49,24 @@ impl<T: Reaction, const N: usize> Reaction for [T; N] {
     }
 }
 
-/// Multipliers and modes at one instant, which a model's coordinates contain besides their jets. `R`: one number
+/// Multipliers and active set at one instant, which a model's coordinates contain besides their jets. `R`: one number
 /// per row.
 #[derive(Clone, Copy, Debug)]
 pub struct Reactions<R> {
     multipliers: R,
-    modes: Modes,
+    active_set: ActiveSet,
 }
 
 impl<R: Vector> Reactions<R> {
     /// From multipliers in the order of the rows; those that are left out are NaN.
     #[inline]
     #[must_use]
-    pub fn new(multipliers: &[f64], modes: Modes) -> Self {
+    pub fn new(multipliers: &[f64], active_set: ActiveSet) -> Self {
         let mut all = R::zeros();
         for (i, to) in all.as_mut_slice().iter_mut().enumerate() {
             *to = multipliers.get(i).copied().unwrap_or(f64::NAN);
         }
-        Self { multipliers: all, modes }
+        Self { multipliers: all, active_set }
     }
 
     /// λ of the constraint with this function; its rate is not known. NaN where the function is no
@@ -96,7 +96,7 @@ impl<R: Vector> Reactions<R> {
         F: 'static,
     {
         let index = constraint::<M, F>().and_then(|c| c.switched);
-        Expr::constant(index.map_or(f64::NAN, |index| self.modes.side(index)))
+        Expr::constant(index.map_or(f64::NAN, |index| self.active_set.side(index)))
     }
 }
 
@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn what_is_not_given_is_not_a_number() {
-        let all = Reactions::<nalgebra::SVector<f64, 3>>::new(&[1.0, 2.0], Modes::ALL_HOLD);
+        let all = Reactions::<nalgebra::SVector<f64, 3>>::new(&[1.0, 2.0], ActiveSet::ALL_HOLD);
         assert_eq!(all.multipliers.as_slice()[..2], [1.0, 2.0]);
         assert!(all.multipliers.as_slice()[2].is_nan());
     }

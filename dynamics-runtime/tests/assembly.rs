@@ -265,7 +265,7 @@ impl Mechanism<3, 2> for Skate {
 fn velocities_have_least_energy_and_given_ones_stay() {
     let model = Jets(Skate);
     let mut start = state([0.7, 0.0, 0.5]);
-    start.modes_mut().release(0, 1.0);
+    start.active_set_mut().release(0, 1.0);
     let found = assemble(&model, start, &[true; 3], &[false; 3]).unwrap();
     // Only the belt moves it: the part of the belt's velocity across the blade.
     let across = [0.5f64.sin() * 0.5f64.sin(), -0.5f64.sin() * 0.5f64.cos(), 0.0];
@@ -282,7 +282,7 @@ fn velocities_have_least_energy_and_given_ones_stay() {
     let error = check_start(&model, &start).unwrap_err();
     assert!(matches!(error, StateError::VelocityViolated { row: "edge", .. }), "{error}");
     // The stop takes part where it holds.
-    start.modes_mut().engage(0);
+    start.active_set_mut().engage(0);
     let error = check_start(&model, &start).unwrap_err();
     assert!(matches!(error, StateError::ConstraintViolated { row: "stop", residual: 0.7, .. }), "{error}");
     let found = assemble(&model, state([0.7, 0.0, 0.5]), &[false, true, true], &[false; 3]).unwrap();

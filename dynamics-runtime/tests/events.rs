@@ -232,7 +232,7 @@ fn inputs_set_by_a_reset_are_held() {
         q: [0.0].into(),
         u: [0.0].into(),
         inputs: [1.0].into(),
-        modes: Default::default(),
+        active_set: Default::default(),
     };
     let motion = model
         .simulate(start)
@@ -261,7 +261,7 @@ fn an_inputs_law_sees_what_a_reset_set() {
         q: [0.0].into(),
         u: [0.0].into(),
         inputs: [2.0].into(),
-        modes: Default::default(),
+        active_set: Default::default(),
     };
     let motion = model
         .simulate(start)

@@ -144,7 +144,7 @@ fn inputs_without_value_or_with_a_bad_one_are_named() {
         q: [0.0].into(),
         u: [0.0].into(),
         inputs: [f64::NAN].into(),
-        modes: Default::default(),
+        active_set: Default::default(),
     };
     let error = model.simulate(start).until(1.0).run().unwrap_err();
     assert_eq!(error.kind, OptionError::InputWithoutValue { input: "force" }.into());
@@ -172,7 +172,7 @@ fn a_step_without_interpolant_is_taken_back() {
         q: [0.0].into(),
         u: [0.0].into(),
         inputs: [0.0].into(),
-        modes: Default::default(),
+        active_set: Default::default(),
     };
     let law = |t: f64, _: &PlainState<1, 1>| [if (t - 1.2).abs() < 1e-3 { f64::NAN } else { 1.0 }];
     let run = || model.simulate(start).until(3.0).method(methods::Dop853).fixed_step(1.0).inputs(law);

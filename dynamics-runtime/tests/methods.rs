@@ -390,7 +390,7 @@ fn steps_do_not_allocate() {
                     q: *q,
                     u: *u,
                     inputs: SVector::zeros(),
-                    modes: Default::default(),
+                    active_set: Default::default(),
                 })
             };
             let start = Phase { q: SVector::from([2.0, -0.5]), u: SVector::zeros() };

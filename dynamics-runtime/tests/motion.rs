@@ -146,7 +146,7 @@ fn the_account_of_work_closes_to_the_tolerance() {
         q: [0.2].into(),
         u: [-0.1].into(),
         inputs: [f64::NAN].into(),
-        modes: Default::default(),
+        active_set: Default::default(),
     };
     for (method, tolerance, closure) in [
         (methods::Any::from(methods::Dop853), 1e-12, 1e-11),
@@ -197,7 +197,7 @@ fn feedback_through_inputs_is_the_model_with_the_force_built_in() {
         q: [1.0].into(),
         u: [0.0].into(),
         inputs: [input].into(),
-        modes: Default::default(),
+        active_set: Default::default(),
     };
     let fed = free
         .simulate(start(f64::NAN))

@@ -14,7 +14,7 @@ use dynamics_runtime::error::{SingularMassMatrix, SolveError};
 use dynamics_runtime::mechanism::Mechanism as _;
 use dynamics_runtime::model::{
     Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, ModelState, Outputs, Powers, Quantity,
-    Route, Solved, Terms,
+    Solved, SolverKind, Terms,
 };
 use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
@@ -198,7 +198,7 @@ proptest! {
         prop_assert!(contradiction);
         // Without one of them it is none.
         let mut state = still();
-        state.modes_mut().release(3, 1.0);
+        state.active_set_mut().release(3, 1.0);
         let released = solve_once(&system, &(), &state).unwrap();
         prop_assert!(released.unique() && released.multipliers[3] == 0.0);
         prop_assert!((base * released.accelerations - system.gamma.fixed_rows::<3>(0)).amax() < 1e-11);
@@ -264,7 +264,7 @@ proptest! {
         let system = Six::with_solution(mass, jacobian, SVector::zeros(), SVector::zeros());
         let mut state = still();
         state.u = u;
-        (0..4).for_each(|i| state.modes_mut().release(i, 1.0));
+        (0..4).for_each(|i| state.active_set_mut().release(i, 1.0));
         let before = system.energy_function(&state);
         let closing = jacobian * u;
         let hits = [0, 1, 2, 3].map(|i| (i, restitution));
@@ -331,7 +331,7 @@ fn what_is_not_a_number_is_an_error_or_stays_one_and_never_a_panic() {
         assert_eq!(solve_once(&system, &(), &still()).map(|_| ()), refused);
         // Released, it is not looked at.
         let mut state = still();
-        state.modes_mut().release(2, 1.0);
+        state.active_set_mut().release(2, 1.0);
         assert!(solve_once(&system, &(), &state).is_ok());
         system = good;
         system.gamma[2] = bad;
@@ -496,7 +496,7 @@ proptest! {
         let rough = Rough { smooth: Six::with_solution(mass, jacobian, a, lambda), by };
         let mut state = still();
         if released < 4 {
-            state.modes_mut().release(released, -1.0);
+            state.active_set_mut().release(released, -1.0);
         }
         let outcome = match solve_once(&rough, &(), &state) {
             Ok(outcome) => outcome,

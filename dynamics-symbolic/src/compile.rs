@@ -56,8 +56,8 @@ pub struct Programs {
     pub outputs: Program,
     /// Events, likewise.
     pub events: Program,
-    /// The values of [`Model::premises`], one after the other. Not listed.
-    pub premises: Program,
+    /// The values of [`Model::assumptions`], one after the other. Not listed.
+    pub assumptions: Program,
     /// Programs of the constraints; `None` without any.
     pub constraints: Option<ConstraintPrograms>,
     /// Taylor coefficients of motions, or why there are none.
@@ -348,9 +348,9 @@ fn programs(model: &Model, e: &Equations) -> Programs {
                 .map_or_else(Vec::new, |s| [s.values.clone(), flat(&s.jacobian), s.offset.clone()].concat()),
         ),
         outputs: inline("outputs", &checked(e.outputs_use_accelerations && !constrained, &e.outputs)),
-        premises: inline(
-            "premises",
-            &model.premises.iter().flat_map(|p| p.nodes.iter().copied()).collect::<Vec<_>>(),
+        assumptions: inline(
+            "assumptions",
+            &model.assumptions.iter().flat_map(|p| p.nodes.iter().copied()).collect::<Vec<_>>(),
         ),
         events: inline("events", &checked(e.events_use_accelerations && !constrained, &e.events)),
         constraints: e.constraints.as_ref().map(|c| constraints(model, e, c)),

@@ -46,7 +46,7 @@ pub use equations::{
 };
 pub use limits::MOST_OPERATIONS;
 pub use model::{
-    AngleSet, Body, Claim, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole, Event, Force,
-    ForceTerm, FrameStep, Function, Input, Model, Output, Parameter, Premise, Speed,
+    AngleSet, Assumption, AssumptionKind, Body, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole,
+    Event, Force, ForceTerm, FrameStep, Function, Input, Model, Output, Parameter, Speed,
 };
 pub use solution::Manifold;

@@ -2,7 +2,7 @@
 //! code that the macro emitted.
 
 use allocation_counter::measure;
-use dynamics::model::Route;
+use dynamics::model::SolverKind;
 use dynamics::prelude::*;
 
 /// A crank, a rod with mass, a slider on a spring: one loop, one degree of freedom.
@@ -63,7 +63,7 @@ fn steps_of_unrolled_constraints_do_not_allocate() {
         stiffness: 40.0,
         moment: 0.05,
     };
-    assert!(matches!(SliderCrank::ROUTE, Route::Unrolled { .. }));
+    assert!(matches!(SliderCrank::SOLVER, SolverKind::Unrolled { .. }));
     let start = model.state().theta(0.5).theta_rate(20.0).x_guess(0.4).assemble().unwrap();
     let formulations = [
         Formulation::Augmented,

@@ -189,7 +189,7 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
         let statics = Statics::of(&model, &place.state, preferred)?;
         let free = self.free(&statics);
         let n = free.len();
-        let rows: Vec<usize> = active_rows::<M>(place.state.modes(), false).collect();
+        let rows: Vec<usize> = active_rows::<M>(place.state.active_set(), false).collect();
         let residual = model.residual(&place.state);
         let column =
             |values: &M::Residual| DMatrix::from_fn(rows.len(), 1, |i, _| values.as_slice()[rows[i]]);
@@ -242,7 +242,7 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
         let (model, mut next) = (self.model(place.p).ok()?, *place);
         let mut last = f64::INFINITY;
         for _ in 0..MAX_PROJECTIONS {
-            let rows: Vec<usize> = active_rows::<M>(next.state.modes(), false).collect();
+            let rows: Vec<usize> = active_rows::<M>(next.state.active_set(), false).collect();
             let residual = model.residual(&next.state);
             let left = DMatrix::from_fn(rows.len(), 1, |i, _| residual.as_slice()[rows[i]]);
             let change =

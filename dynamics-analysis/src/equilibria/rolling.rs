@@ -137,7 +137,7 @@ impl<M: Constraints> Rolling<'_, M> {
             [self.preferred.as_slice(); 2],
         );
         let missed = self.model.velocity_residual(&next);
-        let held = active_rows::<M>(next.modes(), false).map(|row| missed.as_slice()[row]);
+        let held = active_rows::<M>(next.active_set(), false).map(|row| missed.as_slice()[row]);
         let change = tangent.particular(&DMatrix::from_iterator(tangent.row_count(), 1, held));
         next.u_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(u, d)| *u += d);
         Ok(next)
@@ -155,7 +155,7 @@ impl<M: Constraints> Rolling<'_, M> {
             let tangent =
                 Tangent::new(&rows, derivatives.holonomic, &derivatives.mass, [self.preferred.as_slice(); 2]);
             let residual = self.model.residual(state);
-            let missed = active_rows::<M>(state.modes(), true).map(|row| residual.as_slice()[row]);
+            let missed = active_rows::<M>(state.active_set(), true).map(|row| residual.as_slice()[row]);
             let change = tangent.particular(&DMatrix::from_iterator(derivatives.holonomic, 1, missed));
             state.q_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(q, d)| *q += d);
             if self.relative_change(state, &change.column(0).into_owned()) <= f64::EPSILON {

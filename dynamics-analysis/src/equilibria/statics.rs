@@ -73,7 +73,7 @@ impl StaticTerms {
         if !mass.iter().chain(&jacobian).all(|x| x.is_finite()) {
             return Err(LinearizeError::NotFinite.into());
         }
-        let rows: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
+        let rows: Vec<usize> = active_rows::<M>(state.active_set(), false).collect();
         Ok(Self {
             mass: DMatrix::from_row_slice(n, n, &mass),
             force: DVector::from_vec(force),
@@ -169,7 +169,7 @@ impl<R: Vector> Statics<R> {
         state: &M::State,
         metric: &[f64],
     ) -> Result<DMatrix<f64>, EquilibriumError> {
-        let rows: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
+        let rows: Vec<usize> = active_rows::<M>(state.active_set(), false).collect();
         if rows.is_empty() {
             return Ok(self.stiffness.clone());
         }

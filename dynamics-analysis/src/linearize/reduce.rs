@@ -299,7 +299,7 @@ fn rank<M: Constraints>(model: &M, state: &M::State) -> usize {
     };
     model.terms(state, terms);
     let rows = DMatrix::from_row_slice(r, n, &jacobian)
-        .select_rows(&active_rows::<M>(state.modes(), false).collect::<Vec<_>>());
+        .select_rows(&active_rows::<M>(state.active_set(), false).collect::<Vec<_>>());
     let count = rows.nrows();
     Tangent::new(&rows, count, &DMatrix::from_row_slice(n, n, &mass), [&[]; 2]).rank
 }

@@ -152,7 +152,7 @@ pub(crate) fn state_after<M: Constraints>(
     // The independent velocities stay exactly as they are; the dependent ones follow from the constraints.
     let (_, there) = at(&later)?;
     let missed = model.velocity_residual(&later);
-    let held = active_rows::<M>(state.modes(), false).map(|row| missed.as_slice()[row]);
+    let held = active_rows::<M>(state.active_set(), false).map(|row| missed.as_slice()[row]);
     let missed = DMatrix::from_iterator(there.row_count(), 1, held);
     let change = there.particular(&missed);
     later.u_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(u, d)| *u += d);

@@ -192,7 +192,7 @@ impl EquationsAtState {
     /// M and Φ_q at a state, and the pseudo-inverse.
     pub(super) fn of<M: Constraints>(model: &M, state: &M::State) -> Result<Self, SensitivityError> {
         let (mass, jacobian) = terms(model, state)?;
-        let rows: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
+        let rows: Vec<usize> = active_rows::<M>(state.active_set(), false).collect();
         let jacobian = jacobian.select_rows(&rows);
         Self::with(mass, jacobian, rows).ok_or(SensitivityError::NotFinite { time: state.t() })
     }

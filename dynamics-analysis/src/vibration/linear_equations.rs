@@ -175,7 +175,7 @@ fn declared<M: Constraints + Outputs>(
     let (y, n) = (M::OUTPUTS.len(), M::Vector::LEN);
     let at = Arguments::<M>::of(state, derivatives);
     let by = at.derivatives(model).ok_or(VibrationError::NoOutputDerivatives)?;
-    let active: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
+    let active: Vec<usize> = active_rows::<M>(state.active_set(), false).collect();
     let by_lambda = by[3].select_columns(&active);
     let (nonunique, whole) = (&by_lambda * nonunique, &by_lambda * units);
     let direct = join(&by[4], &DMatrix::zeros(y, n));

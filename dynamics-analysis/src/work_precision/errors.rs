@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use dynamics_runtime::constrain;
-use dynamics_runtime::model::{ModelState, Modes, Vector};
+use dynamics_runtime::model::{ActiveSet, ModelState, Vector};
 use dynamics_runtime::simulate::Simulate;
 
 /// The part of a state that an error is measured in.
@@ -73,7 +73,7 @@ pub(super) struct End {
     /// Inputs and active constraints, on which multipliers and energy depend, too. Ends of which only q and u
     /// are known take them from the reference.
     pub(super) inputs: Vec<f64>,
-    pub(super) modes: Modes,
+    pub(super) modes: ActiveSet,
 }
 
 impl End {
@@ -89,7 +89,7 @@ impl End {
             _ => Vec::new(),
         };
         let (q, u) = (state.q().as_slice().to_vec(), state.u().as_slice().to_vec());
-        let (inputs, modes) = (state.inputs().as_slice().to_vec(), state.modes());
+        let (inputs, modes) = (state.inputs().as_slice().to_vec(), state.active_set());
         Self { q, u, multipliers, energy: model.energy_function(state), inputs, modes }
     }
 

@@ -3,17 +3,15 @@
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
-use core::fmt::Write;
 use core::time::Duration;
 use std::path::Path;
 
 use dynamics_runtime::model::{ModelState, Vector};
 use dynamics_runtime::simulate::Simulate;
-use dynamics_view::text::{exact, json, json_number};
+use serde_json::{Map, Value};
 
 use super::error::OutsideError;
 use super::errors::{End, Errors};
-use super::json::{JsonValue, object};
 use super::study::{Point, RunMeasurement, Study, WorkPrecisionCurve};
 use crate::runs::median;
 
@@ -64,38 +62,12 @@ impl<M: Simulate> Study<'_, M> {
         self.add_outside(&text)
     }
 
-    /// All runs in the format of [`Study::add_outside`], with errors and steps.
-    #[must_use]
-    pub fn json_lines(&self) -> String {
-        let mut out = String::new();
-        for curve in &self.curves {
-            for point in &curve.points {
-                let setting = if curve.adaptive { "tolerance" } else { "step" };
-                let _ = write!(
-                    out,
-                    "{{\"problem\":{},\"solver\":{},\"{setting}\":{}",
-                    json(&self.problem),
-                    json(&curve.name),
-                    exact(point.setting)
-                );
-                match &point.outcome {
-                    Ok(run) => write_run(&mut out, run),
-                    Err(reason) => {
-                        let _ = write!(out, ",\"failure\":{}", json(reason));
-                    }
-                }
-                out.push_str("}\n");
-            }
-        }
-        out
-    }
-
     /// Reads a line; `None` if it belongs to another problem.
     fn line(&self, text: &str) -> Result<Option<Line>, String> {
-        let fields = object(text)?;
-        let field = |name: &str| fields.iter().find(|(other, _)| other == name).map(|(_, value)| value);
+        let fields: Map<String, Value> = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        let field = |name: &str| fields.get(name);
         let of_text = |name: &str| match field(name) {
-            Some(JsonValue::Text(text)) => Ok(text.clone()),
+            Some(Value::String(text)) => Ok(text.clone()),
             _ => Err(format!("`{name}` is no text")),
         };
         // Which run the line is about.
@@ -103,26 +75,29 @@ impl<M: Simulate> Study<'_, M> {
             return Ok(None);
         }
         let solver = of_text("solver")?;
-        let tolerance = match field("tolerance") {
-            Some(JsonValue::Number(tolerance)) if *tolerance > 0.0 => *tolerance,
-            _ => return Err("`tolerance` is no number above 0".into()),
-        };
+        let tolerance = field("tolerance").and_then(Value::as_f64).filter(|tolerance| *tolerance > 0.0);
+        let tolerance = tolerance.ok_or("`tolerance` is no number above 0")?;
         if field("failure").is_some() {
             return Ok(Some(Line { solver, tolerance, outcome: Err(of_text("failure")?) }));
         }
         // Its cost.
         let number = |name: &str| match field(name) {
-            None | Some(JsonValue::Null) => Ok(None),
-            Some(JsonValue::Number(number)) if *number >= 0.0 => Ok(Some(*number)),
-            Some(_) => Err(format!("`{name}` is no number of at least 0")),
+            None | Some(Value::Null) => Ok(None),
+            Some(value) => match value.as_f64() {
+                Some(number) if number >= 0.0 => Ok(Some(number)),
+                _ => Err(format!("`{name}` is no number of at least 0")),
+            },
         };
         let time = number("time_us")?.filter(|time| *time > 0.0).ok_or("`time_us` is missing or 0")?;
         let time = Duration::try_from_secs_f64(time * 1e-6).map_err(|_| "`time_us` is too large")?;
         // Its errors, from the end if that is given.
         let end = match field("end") {
             None => None,
-            Some(JsonValue::Numbers(values)) => Some(self.end_of(values)?),
-            Some(_) => return Err("`end` is no list of numbers".into()),
+            Some(value) => {
+                let list: Option<Vec<f64>> =
+                    value.as_array().and_then(|list| list.iter().map(Value::as_f64).collect());
+                Some(self.end_of(&list.ok_or("`end` is no list of numbers")?)?)
+            }
         };
         let errors = match &end {
             Some(end) => end.errors(&self.reference.end),
@@ -166,32 +141,8 @@ impl<M: Simulate> Study<'_, M> {
         state.u_mut().as_mut_slice().copy_from_slice(&values[n..]);
         // The motion is that of the reference, and so are its inputs and active constraints at the end.
         state.inputs_mut().as_mut_slice().copy_from_slice(&self.reference.end.inputs);
-        *state.modes_mut() = self.reference.end.modes;
+        *state.active_set_mut() = self.reference.end.modes;
         Ok(End::of(self.model, &state))
-    }
-}
-
-fn write_run(out: &mut String, run: &RunMeasurement) {
-    let _ = write!(out, ",\"time_us\":{}", json_number(run.time.as_nanos() as f64 * 1e-3));
-    if let Some(repeats) = run.repeats {
-        let _ = write!(out, ",\"repeats\":{repeats}");
-    }
-    for (name, count) in [("evaluations", run.evaluations), ("steps", run.steps), ("rejected", run.rejected)]
-    {
-        if let Some(count) = count {
-            let _ = write!(out, ",\"{name}\":{count}");
-        }
-    }
-    let Errors { positions, velocities, multipliers, energy } = run.errors;
-    let known = [Some(positions), Some(velocities), multipliers, Some(energy)];
-    for (name, error) in ["positions", "velocities", "multipliers", "energy"].into_iter().zip(known) {
-        if let Some(error) = error.filter(|error| error.is_finite()) {
-            let _ = write!(out, ",\"{name}\":{}", exact(error));
-        }
-    }
-    if let Some(end) = &run.end {
-        let values: Vec<String> = end.q.iter().chain(&end.u).map(|x| exact(*x)).collect();
-        let _ = write!(out, ",\"end\":[{}]", values.join(","));
     }
 }
 

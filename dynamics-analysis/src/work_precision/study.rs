@@ -73,8 +73,10 @@ pub struct WorkPrecisionCurve {
 /// What a study found: curves of error against cost, and how far the reference can be trusted.
 #[derive(Clone, Debug)]
 pub struct Study<'m, M: Simulate> {
+    #[cfg_attr(not(feature = "json"), allow(dead_code, reason = "only ends that are read need it"))]
     pub(super) model: &'m M,
     pub(super) problem: String,
+    #[cfg_attr(not(feature = "json"), allow(dead_code, reason = "only ends that are read need it"))]
     pub(super) start: M::State,
     pub(super) interval: (f64, f64),
     pub(super) reference: ReferenceSolution,

@@ -15,7 +15,7 @@ use crate::diagnostics::Place;
 use crate::messages;
 use crate::syntax::{Function, Role};
 
-/// Most switched constraints of a model: `Modes::MOST` of the runtime, two bits each in 64.
+/// Most switched constraints of a model: `ActiveSet::MOST` of the runtime, two bits each in 64.
 const MOST_SWITCHED: usize = 32;
 
 /// A constraint that is elaborated.

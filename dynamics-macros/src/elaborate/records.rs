@@ -77,7 +77,7 @@ impl<'a> Elaborator<'a> {
             Some(Flow::Return(value)) => value,
             _ => value,
         };
-        self.note_premises(&record.name, name, &given, &value);
+        self.note_assumptions(&record.name, name, &given, &value);
         if let Some(arguments) = noted.filter(|_| name == "kinetic_energy" || name == "potential_energy") {
             self.note_energy(&arguments, name, &value);
         }

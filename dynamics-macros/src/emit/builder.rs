@@ -192,7 +192,7 @@ fn released(surface: &Surface) -> TokenStream {
         #vis fn release(mut self, #name: &'static #private::str) -> Self {
             match #found {
                 #private::Ok(#index) => {
-                    self.state.modes.release(#index, 1.0);
+                    self.state.active_set.release(#index, 1.0);
                     self.sided &= !(1 << #index);
                 }
                 #private::Err(#error) => self.error = self.error.or(#private::Option::Some(#error)),
@@ -205,7 +205,7 @@ fn released(surface: &Surface) -> TokenStream {
         #vis fn release_to(mut self, #name: &'static #private::str, #side: #private::f64) -> Self {
             match #found {
                 #private::Ok(#index) => {
-                    self.state.modes.release(#index, #side);
+                    self.state.active_set.release(#index, #side);
                     self.sided |= 1 << #index;
                 }
                 #private::Err(#error) => self.error = self.error.or(#private::Option::Some(#error)),

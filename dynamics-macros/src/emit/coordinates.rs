@@ -153,7 +153,7 @@ fn assembly(surface: &Surface) -> TokenStream {
     let values = quote! {
         #name {
             #(#jets,)* #(#inputs,)* t: #private::Expr::time(#state.t),
-            __reactions: #private::Reactions::new(#multipliers, #state.modes),
+            __reactions: #private::Reactions::new(#multipliers, #state.active_set),
         }
     };
     at_name(surface, values)

@@ -38,7 +38,7 @@ pub(super) fn state(surface: &Surface) -> TokenStream {
             #[doc = #inputs_doc]
             #vis inputs: #private::SVector<#private::f64, #m>,
             /// Which switched constraints hold.
-            #vis modes: #private::Modes,
+            #vis active_set: #private::ActiveSet,
             /// Which choices of the model are held by the step in progress: none, outside of one.
             #[doc(hidden)]
             #vis branches: #private::Branches,
@@ -67,7 +67,7 @@ fn modes(surface: &Surface) -> TokenStream {
         /// # Errors
         /// Where no switched constraint has this name.
         #vis fn is_engaged(&self, #name: &'static #str) -> #held {
-            #private::Ok(self.modes.holds(#found?))
+            #private::Ok(self.active_set.holds(#found?))
         }
         /// Lets a switched constraint hold. No velocity changes: where the state does not fulfil the
         /// constraint, the motion begins with an error.
@@ -75,7 +75,7 @@ fn modes(surface: &Surface) -> TokenStream {
         /// # Errors
         /// Where no switched constraint has this name.
         #vis fn engage(&mut self, #name: &'static #str) -> #changed {
-            self.modes.engage(#found?);
+            self.active_set.engage(#found?);
             #private::Ok(())
         }
         /// Releases a switched constraint, to the side of growing values: one that slips to the other side is
@@ -84,7 +84,7 @@ fn modes(surface: &Surface) -> TokenStream {
         /// # Errors
         /// Where no switched constraint has this name.
         #vis fn release(&mut self, #name: &'static #str) -> #changed {
-            self.modes.release(#found?, 1.0);
+            self.active_set.release(#found?, 1.0);
             #private::Ok(())
         }
         /// Releases a switched constraint to a side: that of growing values where `side` is not negative.
@@ -92,7 +92,7 @@ fn modes(surface: &Surface) -> TokenStream {
         /// # Errors
         /// Where no switched constraint has this name.
         #vis fn release_to(&mut self, #name: &'static #str, #side: #private::f64) -> #changed {
-            self.modes.release(#found?, #side);
+            self.active_set.release(#found?, #side);
             #private::Ok(())
         }
     }
@@ -153,7 +153,7 @@ fn model_state(surface: &Surface) -> TokenStream {
             fn new(#t: #f64, #q: Self::Vector, #u: Self::Vector, #inputs: Self::Inputs) -> Self {
                 Self {
                     t: #t, q: #q, u: #u, inputs: #inputs,
-                    modes: #private::Modes::ALL_HOLD, branches: #private::Branches::FREE
+                    active_set: #private::ActiveSet::ALL_HOLD, branches: #private::Branches::FREE
                 }
             }
             #[inline]
@@ -171,9 +171,9 @@ fn model_state(surface: &Surface) -> TokenStream {
             #[inline]
             fn inputs_mut(&mut self) -> &mut Self::Inputs { &mut self.inputs }
             #[inline]
-            fn modes(&self) -> #private::Modes { self.modes }
+            fn active_set(&self) -> #private::ActiveSet { self.active_set }
             #[inline]
-            fn modes_mut(&mut self) -> &mut #private::Modes { &mut self.modes }
+            fn active_set_mut(&mut self) -> &mut #private::ActiveSet { &mut self.active_set }
             #[inline]
             fn hold(&mut self, #branches: #private::Branches) { self.branches = #branches; }
         }

@@ -1,11 +1,11 @@
 //! The impls of the runtime's model traits.
 
+mod assumptions;
 mod constraints;
 mod evaluations;
 mod identity;
 mod lanes;
 mod matrices;
-mod premises;
 mod series;
 mod solves;
 mod unrolled;
@@ -108,7 +108,7 @@ impl Emission<'_> {
     fn prologue(&self) -> TokenStream {
         let (model, t, q, u, w) = (local("model"), local("t"), local("q"), local("u"), local("w"));
         let state = local("state");
-        let modes = (0..self.switched()).map(|i| quote!(#state.modes.side(#i)));
+        let modes = (0..self.switched()).map(|i| quote!(#state.active_set.side(#i)));
         let unsolved = self.unsolved(modes.collect());
         let branches = self.access.chooses().then(|| {
             let branches = local("branches");
@@ -122,7 +122,7 @@ impl Emission<'_> {
         }
     }
 
-    /// Modes as given; accelerations and multipliers are not known.
+    /// The active set as given; accelerations and multipliers are not known.
     fn unsolved(&self, modes: Vec<TokenStream>) -> TokenStream {
         if self.constrained().is_none() {
             return TokenStream::new();

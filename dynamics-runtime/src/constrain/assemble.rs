@@ -25,7 +25,7 @@ use super::nearby::nearby_state;
 use super::{Gradients, distance, solve_once, with_workspace};
 use crate::error::StateError;
 use crate::linalg::norm;
-use crate::model::{Constraint, ConstraintKind, Constraints, Known, ModelState, Modes, Vector};
+use crate::model::{ActiveSet, Constraint, ConstraintKind, Constraints, ModelState, StaticTraits, Vector};
 pub use vanishing_gradient::check_gradients;
 pub(super) use vanishing_gradient::check_memory;
 use vanishing_gradient::vanishing_row;
@@ -78,7 +78,7 @@ pub(crate) fn check_active_constraints<M: Constraints>(
 ) -> Result<(), StateError> {
     StateError::check_parameters(model)?;
     StateError::check::<M>(state)?;
-    if M::IS_FREE {
+    if M::IS_UNCONSTRAINED {
         return Ok(());
     }
     with_workspace::<M, _>(|memory| {
@@ -90,10 +90,11 @@ pub(crate) fn check_active_constraints<M: Constraints>(
 
 /// The released nonholonomic constraints of one row: their rows and their indices among the switched ones.
 /// Constraints of several rows have a side by declaration only.
-fn released_slip_rows<M: Constraints>(modes: Modes) -> impl Iterator<Item = (usize, usize)> {
+fn released_slip_rows<M: Constraints>(active_set: ActiveSet) -> impl Iterator<Item = (usize, usize)> {
     let of_one_row = |c: &&Constraint| c.kind == ConstraintKind::Nonholonomic && c.rows == 1;
-    let released =
-        move |c: &Constraint| c.switched.filter(|index| !modes.holds(*index)).map(|index| (c.first, index));
+    let released = move |c: &Constraint| {
+        c.switched.filter(|index| !active_set.holds(*index)).map(|index| (c.first, index))
+    };
     M::CONSTRAINTS.iter().filter(of_one_row).filter_map(released)
 }
 
@@ -105,24 +106,24 @@ fn released_slip_rows<M: Constraints>(modes: Modes) -> impl Iterator<Item = (usi
 // Users call `build` and `assemble` of a start, which call this.
 #[doc(hidden)]
 pub fn set_sides<M: Constraints>(model: &M, state: &mut M::State, given: u32) {
-    let modes = state.modes();
-    if modes.all_hold() {
+    let active_set = state.active_set();
+    if active_set.all_hold() {
         return;
     }
     let slips = model.velocity_residual(state);
     let mut at_rest = 0u32;
-    for (row, index) in released_slip_rows::<M>(modes).filter(|(_, index)| given >> index & 1 == 0) {
+    for (row, index) in released_slip_rows::<M>(active_set).filter(|(_, index)| given >> index & 1 == 0) {
         if slips[row].abs() > 0.0 {
-            state.modes_mut().release(index, slips[row]);
+            state.active_set_mut().release(index, slips[row]);
         } else {
             at_rest |= 1 << index;
         }
     }
     if at_rest != 0 {
         let mut held = *state;
-        (0..Modes::MOST)
+        (0..ActiveSet::MOST)
             .filter(|index| at_rest >> index & 1 == 1)
-            .for_each(|index| held.modes_mut().engage(index));
+            .for_each(|index| held.active_set_mut().engage(index));
         set_sides_at_rest(model, state, &held);
     }
 }
@@ -134,10 +135,11 @@ fn set_sides_at_rest<M: Constraints>(model: &M, state: &mut M::State, held: &M::
     if solved.diagnosis.is_some_and(|diagnosis| !diagnosis.unique()) {
         return;
     }
-    for (row, index) in released_slip_rows::<M>(state.modes()).filter(|(_, index)| held.modes().holds(*index))
+    for (row, index) in
+        released_slip_rows::<M>(state.active_set()).filter(|(_, index)| held.active_set().holds(*index))
     {
         if solved.multipliers[row].abs() > 0.0 {
-            state.modes_mut().release(index, -solved.multipliers[row]);
+            state.active_set_mut().release(index, -solved.multipliers[row]);
         }
     }
 }
@@ -150,16 +152,16 @@ fn set_sides_at_rest<M: Constraints>(model: &M, state: &mut M::State, held: &M::
 // Users call `build` and `assemble` of a start, which call this.
 #[doc(hidden)]
 pub fn check_sides<M: Constraints>(model: &M, state: &M::State) -> Result<(), StateError> {
-    let modes = state.modes();
-    if modes.all_hold() {
+    let active_set = state.active_set();
+    if active_set.all_hold() {
         return Ok(());
     }
     let slips = model.velocity_residual(state);
     let at_rest = CONSISTENT * one_plus_largest(state.u().as_slice());
     with_workspace::<M, _>(|memory| {
         let gradients = Gradients::of(model, state, memory);
-        let scale = |(row, index): &(usize, usize)| slips[*row] * modes.side(*index) < 0.0;
-        let mut wrong = released_slip_rows::<M>(modes).filter(scale);
+        let scale = |(row, index): &(usize, usize)| slips[*row] * active_set.side(*index) < 0.0;
+        let mut wrong = released_slip_rows::<M>(active_set).filter(scale);
         let wrong = wrong.find(|(row, _)| gradients.distance(*row, slips[*row]) > at_rest);
         wrong.map_or(Ok(()), |(row, _)| {
             Err(StateError::WrongSide { row: M::ROWS[row].name, slip: slips[row] })
@@ -197,7 +199,7 @@ pub fn assemble<M: Constraints>(
     }
     StateError::check_parameters(model)?;
     StateError::check::<M>(&state)?;
-    if M::IS_FREE {
+    if M::IS_UNCONSTRAINED {
         return StateError::check_bodies(model, &state).map(|()| state);
     }
     with_workspace::<M, _>(|memory| {
@@ -251,7 +253,7 @@ struct Violation {
 /// The row that exceeds its tolerance by the largest factor. `jacobian`: Φ_q at the state, row by row;
 /// `usual_lengths`: the usual lengths of its rows.
 fn worst_violation<M: Constraints>(
-    modes: Modes,
+    active_set: ActiveSet,
     holonomic: bool,
     values: &[f64],
     (jacobian, usual_lengths): (&[f64], &[f64]),
@@ -260,7 +262,7 @@ fn worst_violation<M: Constraints>(
     let n = M::COORDINATES.len();
     let mut worst_violation: Option<Violation> = None;
     let mut largest_excess = 1.0;
-    for row in active_rows::<M>(modes, holonomic) {
+    for row in active_rows::<M>(active_set, holonomic) {
         let (residual, gradient) = (values[row], &jacobian[row * n..][..n]);
         if !residual.is_finite() {
             return Err(StateError::ConstraintNotFinite { row: M::ROWS[row].name });
@@ -364,7 +366,7 @@ fn check_positions<M: Constraints>(
     let tolerance =
         |gradient: &[f64]| violation_tolerance(model, state.q().as_slice(), gradient, (scale, 1.0));
     match worst_violation::<M>(
-        state.modes(),
+        state.active_set(),
         true,
         values.as_slice(),
         (gradients.rows, gradients.usual_lengths),
@@ -392,7 +394,7 @@ fn check_velocities<M: Constraints>(
         of_speed.max(violation_tolerance(model, state.q().as_slice(), gradient, (scale, 1.0)))
     };
     match worst_violation::<M>(
-        state.modes(),
+        state.active_set(),
         false,
         values.as_slice(),
         (gradients.rows, gradients.usual_lengths),

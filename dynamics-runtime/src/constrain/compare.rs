@@ -21,7 +21,7 @@ use super::{
     solve_general, with_workspace,
 };
 use crate::error::SolveError;
-use crate::model::{Constraints, ModelState, Route, Solved, Terms, Vector};
+use crate::model::{Constraints, ModelState, Solved, SolverKind, Terms, Vector};
 
 /// The result of one formulation at a state.
 #[derive(Clone, Debug, PartialEq)]
@@ -110,8 +110,8 @@ pub(crate) fn compare<M: Constraints>(
     };
     let ConstrainedAccelerations { accelerations, multipliers, .. } = reference;
     add("general solver (null space)".to_string(), Ok(Solved { accelerations, multipliers }));
-    let name = match M::ROUTE {
-        Route::Unrolled { elimination } => alloc::format!("generated code ({elimination})"),
+    let name = match M::SOLVER {
+        SolverKind::Unrolled { elimination } => alloc::format!("generated code ({elimination})"),
         _ => "generated code".to_string(),
     };
     add(name, solve_by_generated_code(model, constants, state));
@@ -135,12 +135,15 @@ fn solve_by_generated_code<M: Constraints>(
     constants: &M::Constants,
     state: &M::State,
 ) -> Result<SolvedOf<M>, String> {
-    if let Route::General { reason } = M::ROUTE {
+    if let SolverKind::General { reason } = M::SOLVER {
         return Err(alloc::format!("none: {reason}"));
     }
     let reason_for_none = || {
-        let why =
-            if state.modes().all_hold() { "a pivot is too small here" } else { "a constraint is released" };
+        let why = if state.active_set().all_hold() {
+            "a pivot is too small here"
+        } else {
+            "a constraint is released"
+        };
         why.to_string()
     };
     model.solve_unrolled(constants, state).ok_or_else(reason_for_none)
@@ -171,7 +174,7 @@ impl DenseEquations {
         if M::FRICTION {
             model.friction(state, &reference.multipliers, &mut force, &mut alloc::vec![0.0; n * r]);
         }
-        let rows: Vec<usize> = (0..r).filter(|row| holds::<M>(state.modes(), *row)).collect();
+        let rows: Vec<usize> = (0..r).filter(|row| holds::<M>(state.active_set(), *row)).collect();
         let active_gradients: Vec<f64> =
             rows.iter().flat_map(|i| &jacobian[i * n..(i + 1) * n]).copied().collect();
         let mut scale = alloc::vec![0.0; n];

@@ -8,12 +8,12 @@ use super::gradients::mass;
 use super::inertia::{projected_inertia, unit_inertias};
 use super::with_workspace;
 use crate::math;
-use crate::model::{Constraints, Known};
+use crate::model::{Constraints, StaticTraits};
 
 /// κ of M at a state.
 pub(crate) fn condition_number<M: Constraints>(model: &M, state: &M::State) -> f64 {
     with_workspace::<M, _>(|workspace| {
-        mass_condition_number(M::COORDINATES.len(), mass(model, state, workspace), M::IS_HELD)
+        mass_condition_number(M::COORDINATES.len(), mass(model, state, workspace), M::IS_CONSTRAINED)
     })
 }
 

@@ -24,8 +24,8 @@ pub fn correct<M: Constraints>(
     if let Some(delta) = model.correct_unrolled(constants, state, right) {
         return Ok(delta);
     }
-    let modes = state.modes();
-    let correction = correct_rows(model, state, right, &|row| holds::<M>(modes, row), workspace)?;
+    let active_set = state.active_set();
+    let correction = correct_rows(model, state, right, &|row| holds::<M>(active_set, row), workspace)?;
     Ok(correction.change)
 }
 

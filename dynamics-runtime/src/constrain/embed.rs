@@ -25,7 +25,7 @@ use crate::error::SolveError;
 use crate::linalg::lu::{self, Lu};
 use crate::linalg::{WorkMemory, max_abs, norm};
 use crate::math::sqrt;
-use crate::model::{Constraints, Model, ModelState, Modes, Terms, Vector};
+use crate::model::{ActiveSet, Constraints, Model, ModelState, Terms, Vector};
 
 /// A new block is looked for where the quality has fallen to this part of that at its choice. The dependent
 /// coordinates have the errors of the independent ones, amplified as the block gets worse, and the next step
@@ -62,7 +62,7 @@ struct Partition<V, R> {
 pub struct Embedding<M: Constraints> {
     positions: PartitionOf<M>,
     velocities: PartitionOf<M>,
-    modes: Modes,
+    active_set: ActiveSet,
     /// How often other blocks were chosen.
     pub renewals: u64,
     /// How often a block failed and the state was projected instead.
@@ -86,16 +86,16 @@ impl<M: Constraints> Embedding<M> {
     pub fn new(model: &M, state: &M::State, workspace: &mut [f64]) -> Result<Self, SolveError> {
         let (positions, velocities) = Self::choose(model, state, workspace)?;
         let worst = positions.quality.min(velocities.quality);
-        Ok(Self { positions, velocities, modes: state.modes(), renewals: 0, projections: 0, worst })
+        Ok(Self { positions, velocities, active_set: state.active_set(), renewals: 0, projections: 0, worst })
     }
 
     fn choose(model: &M, state: &M::State, workspace: &mut [f64]) -> Result<PartitionPair<M>, SolveError> {
-        let modes = state.modes();
-        let velocities = partition(model, state, &|row| holds::<M>(modes, row), workspace)?;
+        let active_set = state.active_set();
+        let velocities = partition(model, state, &|row| holds::<M>(active_set, row), workspace)?;
         if M::Residual::LEN == M::Rows::LEN {
             return Ok((velocities, velocities));
         }
-        let holonomic = |row: usize| row < M::Residual::LEN && holds::<M>(modes, row);
+        let holonomic = |row: usize| row < M::Residual::LEN && holds::<M>(active_set, row);
         Ok((partition(model, state, &holonomic, workspace)?, velocities))
     }
 
@@ -144,7 +144,7 @@ impl<M: Constraints> Embedding<M> {
         state: &mut M::State,
         workspace: &mut [f64],
     ) -> Result<bool, SolveError> {
-        if state.modes() != self.modes {
+        if state.active_set() != self.active_set {
             // Other constraints are active: another partition.
             let renewed = Self::new(model, state, workspace)?;
             *self = Self {

@@ -100,12 +100,12 @@ pub(super) fn solve<M: Constraints>(
     gradients_checked: bool,
     workspace: &mut [f64],
 ) -> Result<ConstrainedAccelerationsOf<M>, SolveError> {
-    let modes = state.modes();
+    let active_set = state.active_set();
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     // The factored system takes the first part of the workspace, the friction solve the second.
     let (first, second) = workspace.split_at_mut(system_memory(n, r));
     let mut friction_memory = WorkMemory::new(second);
-    let active = |row: usize| holds::<M>(modes, row);
+    let active = |row: usize| holds::<M>(active_set, row);
     let Some(mut factored) =
         FactoredEquations::in_memory(model, state, &active, true, WorkMemory::new(first))?
     else {
@@ -230,7 +230,7 @@ impl<'w, 'm, M: Constraints> FrictionProblem<'w, 'm, M> {
     /// Adds the rows with ∂Q/∂λ ≠ 0 in the last evaluation; returns whether there were new ones.
     fn add_rows_read(&mut self) -> bool {
         let (n, r, before) = (M::Vector::LEN, M::Rows::LEN, self.k);
-        for row in (0..r).filter(|row| holds::<M>(self.state.modes(), *row)) {
+        for row in (0..r).filter(|row| holds::<M>(self.state.active_set(), *row)) {
             let is_listed = (0..self.k).any(|i| self.rows_read.get(i) == row);
             if !is_listed && (0..n).any(|j| self.by_multipliers[j * r + row] != 0.0) {
                 self.rows_read.set(self.k, row);

@@ -13,7 +13,7 @@ use super::correct::{ConstraintCorrection, CorrectionOf, correct_rows};
 use super::{FactoredEquations, Gradients, holds, system_names};
 use crate::error::SolveError;
 use crate::linalg::{add, add_scaled, dot, max_abs};
-use crate::model::{Constraint, ConstraintKind, Constraints, ModelState, Modes, Vector};
+use crate::model::{ActiveSet, Constraint, ConstraintKind, Constraints, ModelState, Vector};
 
 /// Most pivots of Murty's method. k contacts that do not repeat each other take 2ᵏ at most, three contacts
 /// eight; in practice there are far fewer.
@@ -39,7 +39,7 @@ pub struct ImpactSolution<R> {
 
 /// Changes the velocities of `state` by the impact of the constraints listed, by index in
 /// [`Constraints::CONSTRAINTS`], each with its coefficient of restitution e (0: plastic, 1: elastic). Listed
-/// constraints need not hold; all other active constraints stay active. The modes stay.
+/// constraints need not hold; all other active constraints stay active. The active set stays.
 ///
 /// A listed scalar constraint that was released to a side is a contact: its impulse pushes to that side or is
 /// 0. Other constraints push either way.
@@ -57,7 +57,7 @@ pub fn impact<M: Constraints>(
 ) -> Result<ImpactSolution<M::Rows>, SolveError> {
     let mut contacts = ContactSet::<M> {
         hits,
-        modes: state.modes(),
+        active_set: state.active_set(),
         released_hits: 0,
         in_restitution: false,
         rates_before: M::Rows::zeros(),
@@ -85,7 +85,7 @@ pub fn impact<M: Constraints>(
 /// The constraints that take part in a phase of an impact.
 struct ContactSet<'h, M: Constraints> {
     hits: &'h [(usize, f64)],
-    modes: Modes,
+    active_set: ActiveSet,
     /// Bits of the hits that open, so that no impulse acts on them.
     released_hits: u64,
     /// In restitution, hits that are no contacts and rebound are free again.
@@ -208,7 +208,7 @@ impl<M: Constraints> ContactSet<'_, M> {
     /// The side to which a contact pushes; `None` where the constraint is no contact.
     fn side(&self, hit: usize) -> Option<f64> {
         let Constraint { kind, rows, switched, .. } = M::CONSTRAINTS[self.hits[hit].0];
-        let side = switched.map_or(0.0, |index| self.modes.side(index));
+        let side = switched.map_or(0.0, |index| self.active_set.side(index));
         (kind == ConstraintKind::Holonomic && rows == 1 && side != 0.0).then_some(side)
     }
 
@@ -238,7 +238,7 @@ impl<M: Constraints> ContactSet<'_, M> {
 
     /// Whether a row is hit or active.
     fn may_act(&self, row: usize) -> bool {
-        self.hit_of_row(row).is_some() || holds::<M>(self.modes, row)
+        self.hit_of_row(row).is_some() || holds::<M>(self.active_set, row)
     }
 
     /// Whether a row acts in this phase.

@@ -13,7 +13,7 @@ use super::with_workspace;
 use crate::declaration::TopContributors;
 use crate::linalg::Svd;
 use crate::linalg::{dot, max_abs, norm};
-use crate::model::{Constraints, Known, ModelState, Vector};
+use crate::model::{Constraints, ModelState, StaticTraits, Vector};
 
 /// Directions whose singular value is below this part of the largest are free. At a singular position, which
 /// is itself known to √ε = 1.5·10⁻⁸, zero singular values come out about as large as that.
@@ -92,18 +92,20 @@ fn mass_matrix<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
 
 /// Φ_q of the active rows.
 fn active_gradients<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
-    if M::IS_FREE {
+    if M::IS_UNCONSTRAINED {
         return Vec::new();
     }
     with_workspace::<M, _>(|workspace| {
         let gradients = Gradients::alone(model, state, workspace);
-        active_rows::<M>(state.modes(), false).flat_map(|row| gradients.row(row).iter().copied()).collect()
+        active_rows::<M>(state.active_set(), false)
+            .flat_map(|row| gradients.row(row).iter().copied())
+            .collect()
     })
 }
 
 /// An orthonormal basis of the row space of Φ_q in scaled coordinates, vector by vector.
 fn held_directions<M: Constraints>(model: &M, state: &M::State, scale: &[f64]) -> Option<Vec<f64>> {
-    if M::IS_FREE {
+    if M::IS_UNCONSTRAINED {
         return Some(Vec::new());
     }
     let n = M::Vector::LEN;

@@ -76,10 +76,10 @@ pub(crate) fn degrees_of_freedom<M: Constraints>(model: &M, state: &M::State) ->
 
 /// Whether each row's multiplier is the same in all solutions.
 fn unique_rows<M: Constraints>(model: &M, state: &M::State) -> Result<Vec<bool>, SolveError> {
-    let modes = state.modes();
+    let active_set = state.active_set();
     with_workspace::<M, _>(|workspace| {
         let Some(mut factored) =
-            FactoredEquations::new(model, state, &|row| holds::<M>(modes, row), false, workspace)?
+            FactoredEquations::new(model, state, &|row| holds::<M>(active_set, row), false, workspace)?
         else {
             return Ok(alloc::vec![false; M::Rows::LEN]);
         };

@@ -23,6 +23,6 @@ pub(crate) fn nearby_state<M: Constraints>(state: &M::State) -> M::State {
 #[must_use]
 pub fn at_time<S: ModelState>(state: &S, t: f64) -> S {
     let mut out = S::new(t, *state.q(), *state.u(), *state.inputs());
-    *out.modes_mut() = state.modes();
+    *out.active_set_mut() = state.active_set();
     out
 }

@@ -212,9 +212,9 @@ fn correction<M: Constraints>(
         return Ok(delta);
     }
     projection.general += 1;
-    let (modes, position_rows) = (state.modes(), M::Residual::LEN);
+    let (active_set, position_rows) = (state.active_set(), M::Residual::LEN);
     // Nonholonomic rows do not restrict positions.
-    let active = |row: usize| holds::<M>(modes, row) && (!positions || row < position_rows);
+    let active = |row: usize| holds::<M>(active_set, row) && (!positions || row < position_rows);
     correct_rows(model, state, right, &active, workspace).map(|correction| correction.change)
 }
 
@@ -236,9 +236,9 @@ fn velocity_right_hand_side<M: Constraints>(model: &M, state: &M::State) -> Resu
 
 /// A right-hand side with 0 for released rows; an error where it is not finite.
 fn active_and_finite<M: Constraints>(state: &M::State, mut right: M::Rows) -> Result<M::Rows, SolveError> {
-    let modes = state.modes();
+    let active_set = state.active_set();
     for (row, x) in right.as_mut_slice().iter_mut().enumerate() {
-        if !holds::<M>(modes, row) {
+        if !holds::<M>(active_set, row) {
             *x = 0.0;
         } else if !x.is_finite() {
             return Err(SolveError::ConstraintNotFinite { row: system_names::<M>().row(row) });
@@ -306,7 +306,7 @@ fn off_constraint<M: Constraints>(
 #[cold]
 fn vanishing_gradient<M: Constraints>(model: &M, state: &M::State, workspace: &mut [f64]) -> SolveError {
     let gradients = Gradients::of(model, state, workspace);
-    let rows = (0..M::Residual::LEN).filter(|row| holds::<M>(state.modes(), *row));
+    let rows = (0..M::Residual::LEN).filter(|row| holds::<M>(state.active_set(), *row));
     let lengths = rows.map(|row| (row, norm(gradients.row(row))));
     let least = lengths.fold((0, f64::INFINITY), |least, next| if next.1 < least.1 { next } else { least });
     SolveError::VanishingGradient { row: system_names::<M>().row(least.0) }

@@ -15,7 +15,7 @@ use super::with_workspace;
 use crate::declaration::TopContributors;
 use crate::linalg::Svd;
 use crate::math;
-use crate::model::{Constraints, Known, ModelState, Vector};
+use crate::model::{Constraints, ModelState, StaticTraits, Vector};
 
 /// Singular values below this part of the largest count as zero. Where they vanish, the position itself is
 /// known to √ε = 1.5·10⁻⁸ at best, and they come out about as large.
@@ -55,7 +55,7 @@ pub(crate) fn rank_margin_against<M: Constraints>(
 fn margin_of<M: Constraints>(model: &M, state: &M::State, usual: Option<&M::State>) -> RankMargin {
     let no_one = |of| TopContributors::ranked(of, core::iter::empty());
     let nobody = || RankMargin { condition: 1.0, rows: no_one(M::ROWS), coordinates: no_one(M::COORDINATES) };
-    if M::IS_FREE {
+    if M::IS_UNCONSTRAINED {
         return nobody();
     }
     margin_if_finite(model, state, usual).unwrap_or_else(nobody)
@@ -63,7 +63,7 @@ fn margin_of<M: Constraints>(model: &M, state: &M::State, usual: Option<&M::Stat
 
 /// [`RankMargin::condition`] without the names, for callers that evaluate many states.
 pub(crate) fn gradient_condition<M: Constraints>(model: &M, state: &M::State) -> f64 {
-    if M::IS_FREE {
+    if M::IS_UNCONSTRAINED {
         return 1.0;
     }
     let found = GradientSvd::new(model, state, None).and_then(|gradient_svd| {
@@ -158,7 +158,7 @@ fn scaled_gradients<M: Constraints>(model: &M, at: &M::State, held: &M::State) -
         let mut weights: Vec<f64> = mass(model, at, workspace).iter().step_by(n + 1).copied().collect();
         weigh(&mut weights);
         let gradients = Gradients::alone(model, at, workspace);
-        let rows = active_rows::<M>(held.modes(), false);
+        let rows = active_rows::<M>(held.active_set(), false);
         rows.flat_map(|row| gradients.row(row).iter().zip(&weights).map(|(x, weight)| x / weight)).collect()
     })
 }
@@ -167,11 +167,11 @@ impl GradientSvd {
     /// Decomposes Φ_qᵀ. Rows are scaled by their lengths at the `usual` state where these are longer.
     fn new<M: Constraints>(model: &M, state: &M::State, usual: Option<&M::State>) -> Option<Self> {
         let n = M::Vector::LEN;
-        let rows: Vec<usize> = active_rows::<M>(state.modes(), false).collect();
+        let rows: Vec<usize> = active_rows::<M>(state.active_set(), false).collect();
         let mut a = scaled_gradients(model, state, state);
         let elsewhere = usual.map(|usual| scaled_gradients(model, usual, state));
         let mut first = 0;
-        for constraint in active::<M>(state.modes(), false) {
+        for constraint in active::<M>(state.active_set(), false) {
             let of_constraint = first..first + constraint.rows * n;
             let length = |row: &[f64]| math::sqrt(row.iter().map(|x| x * x).sum());
             let longest =

@@ -103,7 +103,7 @@ impl<'w> SpeedSystem<'w> {
         let (speed_rows, jacobian): (_, &'w [f64]) = (memory.zeros(s * n + s), jacobian);
         model.speed_equations(state, speed_rows);
         let speed_rows: &'w [f64] = speed_rows;
-        let rows = active_rows::<M>(state.modes(), false);
+        let rows = active_rows::<M>(state.active_set(), false);
         let constraint_rows = rows.clone().count();
         let entries = memory.zeros((constraint_rows + s) * (n + 1));
         let residual = model.velocity_residual(state);
@@ -218,7 +218,7 @@ impl<'w> SpeedSystem<'w> {
     /// this position, and never because of the speeds.
     fn check_constraints<M: Constraints>(&self, model: &M, state: &M::State) -> Result<(), StateError> {
         let (n, u, residual) = (self.unknowns, state.u(), model.velocity_residual(state));
-        for row in active_rows::<M>(state.modes(), false) {
+        for row in active_rows::<M>(state.active_set(), false) {
             let terms = || self.jacobian[row * n..][..n].iter().enumerate().map(|(j, x)| x * u[j]);
             let offset = residual[row] - terms().sum::<f64>();
             let size = terms().fold(offset.abs(), |sum, term| sum + term.abs());

@@ -13,7 +13,7 @@ macro_rules! unconstrained {
             type Workspace = [::core::primitive::f64; $crate::constrain::workspace_len($n, 0)];
             const CONSTRAINTS: &'static [$crate::model::Constraint] = &[];
             const ROWS: &'static [$crate::model::Quantity] = &[];
-            const ROUTE: $crate::model::Route = $crate::model::Route::Unconstrained;
+            const SOLVER: $crate::model::SolverKind = $crate::model::SolverKind::Unconstrained;
             fn residual(&self, _: &Self::State) -> Self::Residual {
                 Self::Residual::default()
             }

@@ -23,13 +23,13 @@ pub struct Constraint {
     /// It was declared to repeat others.
     pub redundant: bool,
     /// Its index among the switched constraints, if it is switched on and off: see
-    /// [`Modes`](crate::model::Modes).
+    /// [`ActiveSet`](crate::model::ActiveSet).
     pub switched: Option<usize>,
 }
 
 /// The solver of a model's accelerations and multipliers, where no pivot is too small.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Route {
+pub enum SolverKind {
     /// There are no constraints.
     Unconstrained,
     /// By straight-line code, generated for this order of elimination.

@@ -67,7 +67,7 @@ impl PathScaling {
             return Err(*row);
         }
         let mut norms = Vec::with_capacity(self.rows.len());
-        for constraint in active::<M>(state.modes(), true) {
+        for constraint in active::<M>(state.active_set(), true) {
             let rows = constraint.first..constraint.first + constraint.rows;
             let norm = math::sqrt(rows.clone().map(square).fold(0.0, f64::max));
             let norm =

@@ -1,24 +1,26 @@
 //! Checks of the parameters of a model and of the values of a state.
 
 use super::{Dynamics, ModelState, Vector};
-use crate::declaration::{Premise, Quantity, Refuted};
+use crate::declaration::{Assumption, AssumptionViolation, Quantity};
 use crate::error::StateError;
 
-/// The first premise of a model that does not hold: of those that parameters decide, or, with a state, of the
+/// The first assumption of a model that does not hold: of those that parameters decide, or, with a state, of the
 /// others.
-pub(crate) fn refuted<M: Dynamics>(
+pub(crate) fn violated_assumption<M: Dynamics>(
     model: &M,
     state: Option<&M::State>,
-) -> Option<(&'static Premise, Refuted)> {
-    if !M::PREMISES.iter().any(|premise| premise.constant != state.is_some()) {
+) -> Option<(&'static Assumption, AssumptionViolation)> {
+    if !M::ASSUMPTIONS.iter().any(|assumption| assumption.constant != state.is_some()) {
         return None;
     }
     let nowhere = || M::State::new(f64::NAN, M::Vector::zeros(), M::Vector::zeros(), M::Inputs::zeros());
-    let (mut premises, mut first) = (M::PREMISES.iter(), None);
-    model.premises(&state.copied().unwrap_or_else(nowhere), &mut |values| {
-        let premise =
-            premises.next().filter(|premise| first.is_none() && premise.constant != state.is_some());
-        first = first.or_else(|| premise.and_then(|premise| Some((premise, premise.check(values).err()?))));
+    let (mut assumptions, mut first) = (M::ASSUMPTIONS.iter(), None);
+    model.assumptions(&state.copied().unwrap_or_else(nowhere), &mut |values| {
+        let assumption =
+            assumptions.next().filter(|assumption| first.is_none() && assumption.constant != state.is_some());
+        first = first.or_else(|| {
+            assumption.and_then(|assumption| Some((assumption, assumption.check(values).err()?)))
+        });
     });
     first
 }
@@ -42,7 +44,8 @@ impl StateError {
         if let Some((name, value)) = parameter_not_finite(model) {
             return Err(Self::NotFinite { what: "parameter", name, value });
         }
-        refuted(model, None).map_or(Ok(()), |(premise, why)| Err(Self::Unphysical { premise, why }))
+        violated_assumption(model, None)
+            .map_or(Ok(()), |(assumption, why)| Err(Self::Unphysical { assumption, why }))
     }
 
     /// Checks that masses, inertia and rotations that coordinates and time decide are some in this state.
@@ -50,7 +53,8 @@ impl StateError {
     /// # Errors
     /// [`StateError::Unphysical`]
     pub fn check_bodies<M: Dynamics>(model: &M, state: &M::State) -> Result<(), Self> {
-        refuted(model, Some(state)).map_or(Ok(()), |(premise, why)| Err(Self::Unphysical { premise, why }))
+        violated_assumption(model, Some(state))
+            .map_or(Ok(()), |(assumption, why)| Err(Self::Unphysical { assumption, why }))
     }
 
     /// Checks that all values of a state are finite; inputs may be NaN, which means not set.

@@ -7,7 +7,7 @@ use core::ops::Index;
 use nalgebra::SVector;
 
 use super::{Dynamics, Kink, Vector};
-use crate::declaration::{Block, Constraint, Quantity, Route};
+use crate::declaration::{Block, Constraint, Quantity, SolverKind};
 
 /// q̈ and λ of a model with N coordinates and R rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,7 +84,7 @@ pub trait Constraints: Dynamics {
     /// The rows by name, `closure.x`, with the unit of Φ or of A q̇ + b.
     const ROWS: &'static [Quantity];
     /// The solver of q̈ and λ.
-    const ROUTE: Route;
+    const SOLVER: SolverKind;
     /// Which coordinates are eliminated by which rows, in order; empty where the generated code does not
     /// eliminate coordinates.
     const BLOCKS: &'static [Block] = &[];
@@ -122,7 +122,7 @@ pub trait Constraints: Dynamics {
     /// Where the accelerations are not smooth because of reactions: |λ| in a friction force.
     fn reaction_kinks(&self, _state: &Self::State, _multipliers: &Self::Rows, _kinks: &mut [Kink]) {}
     /// q̈ and λ by the generated code; `None` where it does not apply (a pivot is too small, a constraint is
-    /// released) or does not exist. It evaluates the modes of the state. Models without constraints
+    /// released) or does not exist. It evaluates the active set of the state. Models without constraints
     /// give q̈ alone.
     fn solve_unrolled(
         &self,

@@ -15,7 +15,7 @@ use dynamics_view::file::{self, Content, FileError};
 use dynamics_view::{OutputError, text};
 
 use crate::model::names::{self, Column};
-use crate::model::{Known, ModelState, Vector};
+use crate::model::{ModelState, StaticTraits, Vector};
 use crate::simulate::{Motion, Simulate};
 
 /// Relative rounding of a number of intervals, of very many intervals.
@@ -132,7 +132,8 @@ impl<M: Simulate> Csv<'_, '_, M> {
         let accelerations = self.motion.accelerations_of(state);
         let inputs = state.inputs().as_slice();
         // Without constraints there is nothing to solve.
-        let multipliers = if M::IS_FREE { M::Rows::zeros() } else { self.motion.multipliers_of(state) };
+        let multipliers =
+            if M::IS_UNCONSTRAINED { M::Rows::zeros() } else { self.motion.multipliers_of(state) };
         let (a, lambda) = (accelerations.as_slice(), multipliers.as_slice());
         for values in [state.q().as_slice(), state.u().as_slice(), a, lambda, inputs] {
             values.iter().copied().for_each(&mut put);

@@ -47,7 +47,7 @@ impl<const NR: usize> Equations<NR> {
             let squares: f64 =
                 (0..N).map(|i| (jacobian[r][i] * scale[i]) * (jacobian[r][i] * scale[i])).sum();
             scale[N + r] =
-                if active_set::holds::<M>(state.modes(), r) { 1.0 / math::sqrt(squares) } else { 0.0 };
+                if active_set::holds::<M>(state.active_set(), r) { 1.0 / math::sqrt(squares) } else { 0.0 };
         }
         for i in 0..N {
             for j in 0..N {

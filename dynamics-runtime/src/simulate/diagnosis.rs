@@ -23,7 +23,7 @@ use crate::declaration::UnitDimension;
 use crate::error::SolveError;
 use crate::integrate::{Method, StepOptions, Tolerances};
 use crate::linalg::max_abs;
-use crate::model::{Constraints, Known, ModelState, Modes, Quantity, Vector};
+use crate::model::{ActiveSet, Constraints, ModelState, Quantity, StaticTraits, Vector};
 use crate::simulate::failure::{CrossingSettings, JumpingQuantity, SimulationErrorKind as Kind};
 use crate::simulate::options::formulation::Formulation;
 
@@ -304,7 +304,7 @@ const POSITION_JUMP_ROUNDING: f64 = 1e-11;
 /// A constraint that requires a jump of positions or velocities at a state, or within the time `reach` on the
 /// straight path ahead and back.
 fn find_discontinuity<M: Constraints>(model: &M, state: &M::State, reach: f64) -> Option<RowDiscontinuity> {
-    if M::IS_FREE {
+    if M::IS_UNCONSTRAINED {
         return None;
     }
     let relative_speed = |(q, u): (&f64, &f64)| u.abs() / (1.0 + q.abs());
@@ -325,7 +325,7 @@ fn find_discontinuity<M: Constraints>(model: &M, state: &M::State, reach: f64) -
     // Gradients that vanish here do not all vanish at the nearby state.
     let row_sizes =
         row_sizes(model, &[displaced(-reach), displaced(reach), nearby::nearby_state::<M>(state)]);
-    find_discontinuity_on(model, state.modes(), (-reach, reach), displaced, &row_sizes, time_resolution)
+    find_discontinuity_on(model, state.active_set(), (-reach, reach), displaced, &row_sizes, time_resolution)
 }
 
 /// The first constraint with a jump on the path of a step, θ from 0 to 1.
@@ -336,19 +336,19 @@ pub(crate) fn find_discontinuity_within<M: Constraints>(
     let middle = path(0.5);
     let row_sizes = row_sizes(model, &[path(0.0), path(1.0), nearby::nearby_state::<M>(&middle)]);
     let time_resolution = 1e3 * f64::EPSILON * middle.t().abs();
-    find_discontinuity_on(model, middle.modes(), (0.0, 1.0), path, &row_sizes, time_resolution)
+    find_discontinuity_on(model, middle.active_set(), (0.0, 1.0), path, &row_sizes, time_resolution)
 }
 
 /// A corner of a constraint on a way; `row_sizes`: see [`row_sizes`], `least`: the time that is resolved.
 fn find_discontinuity_on<M: Constraints>(
     model: &M,
-    modes: Modes,
+    active_set: ActiveSet,
     (from, to): (f64, f64),
     path: impl Fn(f64) -> M::State,
     (rates, row_sizes): &(M::Rows, M::Rows),
     time_resolution: f64,
 ) -> Option<RowDiscontinuity> {
-    for row in active_rows::<M>(modes, false) {
+    for row in active_rows::<M>(active_set, false) {
         if row < M::Residual::LEN
             && let Some((at, jump)) = locate_jump(from, to, |tau| model.residual(&path(tau))[row])
             && jump.abs() > POSITION_JUMP_ROUNDING * row_sizes[row] + time_resolution * rates[row]

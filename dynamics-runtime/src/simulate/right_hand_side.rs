@@ -21,7 +21,7 @@ use crate::integrate::{
 };
 use crate::lanes::{self, Lanes};
 use crate::linalg::max_abs;
-use crate::model::{Branches, Constraints, Known, Model, ModelState, Modes, Vector, WideOf};
+use crate::model::{ActiveSet, Branches, Constraints, Model, ModelState, StaticTraits, Vector, WideOf};
 use crate::simulate::stabilization::{Stabilization, StabilizationSnapshot};
 
 /// Input values as a function of time and state.
@@ -65,7 +65,7 @@ pub(crate) struct RightHandSide<'r, 'm, M: Constraints> {
     /// Input values where there is no law. A law reads them in the state that it gets.
     pub(crate) held_inputs: M::Inputs,
     /// Which of the switched constraints hold.
-    pub(crate) modes: Modes,
+    pub(crate) active_set: ActiveSet,
     pub(crate) evaluations: u64,
     pub(crate) stabilization: Stabilization<M>,
     /// Branches that are held during the step that is being made.
@@ -109,7 +109,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
     #[inline(always)]
     pub(crate) fn state(&self, t: f64, q: &M::Vector, u: &M::Vector) -> M::State {
         let mut state = M::State::new(t, *q, *u, self.held_inputs);
-        *state.modes_mut() = self.modes;
+        *state.active_set_mut() = self.active_set;
         with_inputs::<M>(self.law, state)
     }
 
@@ -117,7 +117,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
     #[inline(always)]
     pub(crate) fn stage(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<M::State, EvaluationError> {
         let state = self.state(t, &y.q, &y.u);
-        if M::IS_FREE || !self.stabilization.projects_stages() {
+        if M::IS_UNCONSTRAINED || !self.stabilization.projects_stages() {
             Ok(state)
         } else {
             self.projected_stage(state)
@@ -150,7 +150,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         }
         let y = dense.at(theta);
         let mut state = self.state(step.start.t + theta * step.h, &y.q, &y.u);
-        if step.kept.between && M::IS_HELD {
+        if step.kept.between && M::IS_CONSTRAINED {
             let _ = self.move_on_held_branches(&mut state, |stabilization, model, state| {
                 Ok(stabilization.project_between(model, state, tolerances))
             });
@@ -179,7 +179,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> f64 {
-        if M::IS_FREE {
+        if M::IS_UNCONSTRAINED {
             return 0.0;
         }
         PROBED_PARTS.iter().fold(0.0, |most: f64, &theta| {
@@ -196,7 +196,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> bool {
-        if M::IS_FREE || self.stabilization.projects() {
+        if M::IS_UNCONSTRAINED || self.stabilization.projects() {
             return false;
         }
         let ends = [&step.start, &step.end].map(|end| self.state(end.t, &end.y.q, &end.y.u));
@@ -240,7 +240,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
 
     #[inline(always)]
     fn solve(&mut self, state: &M::State) -> Result<M::Vector, SolveError> {
-        if M::IS_FREE {
+        if M::IS_UNCONSTRAINED {
             self.model.accelerations_with(self.constants, state)
         } else {
             self.stabilization.accelerations(self.model, self.constants, state)
@@ -280,11 +280,11 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
     #[inline(always)]
     fn accelerations_in_lanes(&mut self, t: Lanes, y: &Stages<M::Vector>, a: &mut WideOf<M>) -> bool {
         let plain = self.law.is_none() && self.listener.is_none() && self.held_branches == Branches::FREE;
-        if !M::HAS_LANES || !plain || !(M::IS_FREE || self.stabilization.adds_nothing()) {
+        if !M::HAS_LANES || !plain || !(M::IS_UNCONSTRAINED || self.stabilization.adds_nothing()) {
             return false;
         }
         let mut state = M::State::new(f64::NAN, M::Vector::zeros(), M::Vector::zeros(), self.held_inputs);
-        *state.modes_mut() = self.modes;
+        *state.active_set_mut() = self.active_set;
         let found = self.model.accelerations_in_lanes(self.constants, &state, t, [&y.q, &y.u], a);
         self.evaluations += if found { lanes::COUNT as u64 } else { 0 };
         found
@@ -349,7 +349,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         let here = self.accelerations_of(state)?;
         for j in 0..2 * n {
             let mut displaced = M::State::new(state.t(), *state.q(), *state.u(), self.held_inputs);
-            *displaced.modes_mut() = self.modes;
+            *displaced.active_set_mut() = self.active_set;
             let (elements, matrix) = match j < n {
                 true => (displaced.q_mut(), &mut *by_q),
                 false => (displaced.u_mut(), &mut *by_u),

@@ -27,7 +27,7 @@ pub(crate) mod sinks;
 use alloc::vec::Vec;
 
 use crate::integrate::{Phase, Step, StepNode, StepOptions, Tolerances};
-use crate::model::{Known, ModelState, SimulationModel};
+use crate::model::{ModelState, SimulationModel, StaticTraits};
 use crate::simulate::erased_method::ErasedMethod;
 use crate::simulate::erased_method::stepping::{ErasedStepper, StepStatistics};
 use crate::simulate::events::rules::Flow;
@@ -83,7 +83,7 @@ pub(crate) fn run<M: SimulationModel>(
     };
     // After a change of method, the next record is that of the new method.
     if !matches!(result, Ok(RunEnd::Stiff(_))) {
-        sink.end_segment(Record::new(stepper.now(), plan.rhs.held_inputs, plan.rhs.modes));
+        sink.end_segment(Record::new(stepper.now(), plan.rhs.held_inputs, plan.rhs.active_set));
     }
     (counts, result)
 }
@@ -93,7 +93,7 @@ fn treat_singular_start<'m, M: SimulationModel>(
     plan: &mut RunPlan<'_, 'm, M>,
     stepper: &mut dyn ErasedStepper<M>,
 ) -> Result<(), Kind> {
-    if M::IS_FREE {
+    if M::IS_UNCONSTRAINED {
         return Ok(());
     }
     let rhs = &mut plan.rhs;
@@ -243,7 +243,7 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
         let from = Record::of(
             step,
             rhs.held_inputs,
-            rhs.modes,
+            rhs.active_set,
             (rhs.stabilization.mean_sensitivity, rhs.stabilization.correction_time()),
         );
         let to = rhs.state(step.end.t, &step.end.y.q, &step.end.y.u);

@@ -38,7 +38,7 @@ use crate::error::SolveError;
 use crate::integrate::{Phase, Tolerances, zip};
 use crate::linalg::max_abs;
 use crate::math;
-use crate::model::{Constraint, Constraints, Known, ModelState, Vector};
+use crate::model::{Constraint, Constraints, ModelState, StaticTraits, Vector};
 use crate::simulate::failure::SimulationErrorKind;
 use crate::simulate::options::formulation::Formulation;
 use crate::simulate::stabilization::adaptive_gain::CorrectionTime;
@@ -119,7 +119,7 @@ impl<M: Constraints> Stabilization<M> {
             _ => (0.0, 0.0),
         };
         let len = constrain::workspace_len(M::COORDINATES.len(), M::ROWS.len());
-        workspace.resize(if M::IS_FREE { 0 } else { len }, 0.0);
+        workspace.resize(if M::IS_UNCONSTRAINED { 0 } else { len }, 0.0);
         Self {
             formulation,
             counts: StabilizationCounts::default(),
@@ -227,7 +227,7 @@ impl<M: Constraints> Stabilization<M> {
         let mut rates = M::Rows::zeros();
         let gradients = jacobian.chunks_exact(M::Vector::LEN).zip(rates.as_mut_slice()).enumerate();
         for (row, (gradient, rate)) in gradients.take(rows) {
-            if holds::<M>(state.modes(), row) {
+            if holds::<M>(state.active_set(), row) {
                 *rate = gradient.iter().zip(change.as_slice()).map(|(a, b)| a * b).sum();
             }
         }
@@ -244,7 +244,7 @@ impl<M: Constraints> Stabilization<M> {
     ) -> Result<M::Vector, SolveError> {
         let (position, mut right) = (model.residual(state), model.velocity_residual(state));
         for (row, right) in right.as_mut_slice().iter_mut().enumerate() {
-            *right = match holds::<M>(state.modes(), row) {
+            *right = match holds::<M>(state.active_set(), row) {
                 true if row < M::Residual::LEN => -position[row],
                 true => -rate * *right,
                 false => 0.0,
@@ -262,7 +262,7 @@ impl<M: Constraints> Stabilization<M> {
             |values: &M::Vector| tolerances.absolute + tolerances.relative * max_abs(values.as_slice());
         let (of_q, of_u) = (permitted(state.q()), permitted(state.u()));
         let distances = Distances::of(model, state, &mut self.workspace);
-        active_rows::<M>(state.modes(), false).fold(0.0f64, |worst, row| {
+        active_rows::<M>(state.active_set(), false).fold(0.0f64, |worst, row| {
             let of_row = |residual: f64, permitted: f64| distances.distance(row, residual) / permitted;
             let at = if row < M::Residual::LEN { of_row(position[row], of_q) } else { 0.0 };
             let of_row = math::max(at, of_row(velocity[row], of_u));
@@ -331,7 +331,7 @@ impl<M: Constraints> Stabilization<M> {
     ) -> bool {
         let [one, other] = [1.0, -1.0].map(|side| {
             let mut state = *state;
-            state.modes_mut().release(switch, side);
+            state.active_set_mut().release(switch, side);
             constrain::accelerate(model, constants, &state, &mut self.workspace)
         });
         let (Ok(one), Ok(other)) = (one, other) else { return true };
@@ -350,10 +350,10 @@ impl<M: Constraints> Stabilization<M> {
         state: &M::State,
         (constraint, switch): (&Constraint, usize),
     ) -> Option<f64> {
-        let side = state.modes().side(switch);
+        let side = state.active_set().side(switch);
         let mut accelerations = |side: f64| {
             let mut state = *state;
-            state.modes_mut().release(switch, side);
+            state.active_set_mut().release(switch, side);
             constrain::accelerate(model, constants, &state, &mut self.workspace)
                 .ok()
                 .map(|solved| solved.accelerations)

@@ -15,7 +15,8 @@ use core::time::Duration;
 
 use crate::integrate::{Method, Tolerances};
 use crate::model::{
-    ConservedKind, ConservedQuantity, Constraint, ConstraintKind, Known, ModelState, Route, SimulationModel,
+    ConservedKind, ConservedQuantity, Constraint, ConstraintKind, ModelState, SimulationModel, SolverKind,
+    StaticTraits,
 };
 use crate::simulate::events::action::Impact;
 use crate::simulate::failure::gimbal_lock::GimbalLock;
@@ -215,7 +216,7 @@ impl<M: SimulationModel> Motion<'_, M> {
             formulation: self.trajectory.formulation.clone(),
             constraints: self.constraint_drift(),
             stabilization: self.trajectory.stabilization,
-            falls_back: matches!(M::ROUTE, Route::Unrolled { .. }),
+            falls_back: matches!(M::SOLVER, SolverKind::Unrolled { .. }),
             pivot_breakdown: self.pivot_breakdown(),
             released: self.released(),
             nearest,
@@ -279,8 +280,9 @@ impl<M: SimulationModel> Motion<'_, M> {
         if M::IS_UNSWITCHED {
             return Vec::new();
         }
-        let was_released =
-            |index: &usize| self.trajectory.records.iter().any(|record| !record.state.modes().holds(*index));
+        let was_released = |index: &usize| {
+            self.trajectory.records.iter().any(|record| !record.state.active_set().holds(*index))
+        };
         M::CONSTRAINTS
             .iter()
             .filter(|c| c.switched.as_ref().is_some_and(was_released))

@@ -7,7 +7,7 @@ use dynamics_runtime::Expr;
 use dynamics_runtime::error::{SingularMassMatrix, SolveError};
 use dynamics_runtime::model::{
     ConservedQuantity, Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, Outputs, Powers,
-    Quantity, Route, Solved, Terms,
+    Quantity, Solved, SolverKind, Terms,
 };
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
@@ -148,7 +148,7 @@ impl<T: Mechanism<N, R>, const N: usize, const R: usize> Constraints for Jets<T,
     type Workspace = [f64; 8192];
     const CONSTRAINTS: &'static [Constraint] = T::CONSTRAINTS;
     const ROWS: &'static [Quantity] = &Self::QUANTITIES_OF_ROWS;
-    const ROUTE: Route = Route::General { reason: "written by hand" };
+    const SOLVER: SolverKind = SolverKind::General { reason: "written by hand" };
     fn residual(&self, s: &Self::State) -> Self::Residual {
         let rows = self.jets(s, &s.u);
         SVector::from_fn(|r, _| if Self::is_holonomic(r) { rows[r].value() } else { f64::NAN })

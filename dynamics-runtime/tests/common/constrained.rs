@@ -4,8 +4,8 @@
 use dynamics_runtime::constrain;
 use dynamics_runtime::error::{SingularMassMatrix, SolveError};
 use dynamics_runtime::model::{
-    Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, Outputs, Powers, Quantity, Route,
-    Solved, Terms,
+    Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, Outputs, Powers, Quantity, Solved,
+    SolverKind, Terms,
 };
 use nalgebra::{SMatrix, SVector};
 
@@ -122,7 +122,7 @@ macro_rules! held {
             type Workspace = [f64; constrain::workspace_len($n, $r)];
             const CONSTRAINTS: &'static [Constraint] = &$constraints;
             const ROWS: &'static [Quantity] = &names::<$r>($rows);
-            const ROUTE: Route = Route::General { reason: "written by hand" };
+            const SOLVER: SolverKind = SolverKind::General { reason: "written by hand" };
             const FRICTION: bool = $friction;
             fn residual(&self, state: &Self::State) -> Self::Residual {
                 self.phi(state)
@@ -165,7 +165,7 @@ macro_rules! held {
                 (): &(),
                 state: &Self::State,
             ) -> Option<Solved<Self::Vector, Self::Rows>> {
-                if state.modes.all_hold() { self.unrolled(state) } else { None }
+                if state.active_set.all_hold() { self.unrolled(state) } else { None }
             }
             fn correct_unrolled(&self, (): &(), _: &Self::State, _: &Self::Rows) -> Option<Self::Vector> {
                 None

@@ -8,7 +8,8 @@ pub mod by_jets;
 
 use dynamics_runtime::error::{SingularMassMatrix, SolveError};
 use dynamics_runtime::model::{
-    ConservedKind, ConservedQuantity, Dynamics, Events, Model, ModelState, Modes, Outputs, Powers, Quantity,
+    ActiveSet, ConservedKind, ConservedQuantity, Dynamics, Events, Model, ModelState, Outputs, Powers,
+    Quantity,
 };
 use nalgebra::{SMatrix, SVector};
 
@@ -19,14 +20,14 @@ pub struct PlainState<const N: usize, const M: usize> {
     pub q: SVector<f64, N>,
     pub u: SVector<f64, N>,
     pub inputs: SVector<f64, M>,
-    pub modes: Modes,
+    pub active_set: ActiveSet,
 }
 
 impl<const N: usize, const M: usize> ModelState for PlainState<N, M> {
     type Vector = SVector<f64, N>;
     type Inputs = SVector<f64, M>;
     fn new(t: f64, q: Self::Vector, u: Self::Vector, inputs: Self::Inputs) -> Self {
-        Self { t, q, u, inputs, modes: Modes::default() }
+        Self { t, q, u, inputs, active_set: ActiveSet::default() }
     }
     fn t(&self) -> f64 {
         self.t
@@ -49,11 +50,11 @@ impl<const N: usize, const M: usize> ModelState for PlainState<N, M> {
     fn inputs_mut(&mut self) -> &mut Self::Inputs {
         &mut self.inputs
     }
-    fn modes(&self) -> Modes {
-        self.modes
+    fn active_set(&self) -> ActiveSet {
+        self.active_set
     }
-    fn modes_mut(&mut self) -> &mut Modes {
-        &mut self.modes
+    fn active_set_mut(&mut self) -> &mut ActiveSet {
+        &mut self.active_set
     }
 }
 
@@ -176,7 +177,13 @@ pub const fn names<const K: usize>(names: [&'static str; K]) -> [Quantity; K] {
 
 /// A state without inputs at t = 0.
 pub fn at_rest_or_not<const N: usize>(q: [f64; N], u: [f64; N]) -> PlainState<N, 0> {
-    PlainState { t: 0.0, q: q.into(), u: u.into(), inputs: SVector::zeros(), modes: Modes::default() }
+    PlainState {
+        t: 0.0,
+        q: q.into(),
+        u: u.into(),
+        inputs: SVector::zeros(),
+        active_set: ActiveSet::default(),
+    }
 }
 
 /// q̈ = −ω² q: closed form q = q₀ cos ωt + u₀/ω sin ωt.

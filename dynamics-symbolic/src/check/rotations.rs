@@ -5,7 +5,7 @@
 //! Matrices that contain parameters are checked by the run, where the parameters have values.
 
 use crate::graph::{Bindings, Dependence, NodeId};
-use crate::mechanics::{Claim, Model};
+use crate::mechanics::{AssumptionKind, Model};
 
 use super::constraints::{Analysis, Sample};
 use super::finding::Finding;
@@ -19,13 +19,13 @@ pub(super) fn rotations(model: &Model, analysis: &Analysis, found: &mut Vec<Find
     let anywhere = [Sample::anywhere(model)];
     let samples = if model.constraints.is_empty() { &anywhere[..] } else { &analysis.samples };
     let moving = Dependence::COORDINATES.with(Dependence::TIME);
-    for premise in model.premises.iter().filter(|p| p.claim == Claim::Rotation && !p.constant) {
-        let of_state = premise.nodes.iter().all(|node| model.graph.dependence(*node).within(moving));
+    for assumption in model.assumptions.iter().filter(|p| p.kind == AssumptionKind::Rotation && !p.constant) {
+        let of_state = assumption.nodes.iter().all(|node| model.graph.dependence(*node).within(moving));
         if of_state
             && !samples.is_empty()
-            && samples.iter().all(|state| defect(model, &premise.nodes, state) > CLEARLY_NO_ROTATION)
+            && samples.iter().all(|state| defect(model, &assumption.nodes, state) > CLEARLY_NO_ROTATION)
         {
-            let (name, of, origin) = (premise.within.clone(), premise.of.clone(), premise.origin);
+            let (name, of, origin) = (assumption.within.clone(), assumption.of.clone(), assumption.origin);
             found.push(Finding::NotKeptARotation { name, of, origin });
         }
     }

@@ -28,9 +28,9 @@ pub struct Model {
     /// Rigid bodies whose energies are among them and whose frames are reached by known steps. The equations
     /// that are derived from them are the same, and often shorter.
     pub bodies: Vec<Body>,
-    /// Premises of bodies and frames. Some can be checked only during a run. They are not part of the
+    /// Assumptions of bodies and frames. Some can be checked only during a run. They are not part of the
     /// derivation.
-    pub premises: Vec<Premise>,
+    pub assumptions: Vec<Assumption>,
     /// Applied forces.
     pub forces: Vec<Force>,
     /// Constraints, the holonomic ones first; their components in this order are the rows of Φ_q and of λ:
@@ -132,9 +132,9 @@ pub struct Body {
     pub weight: Option<([NodeId; 3], NodeId)>,
 }
 
-/// What a premise assumes of some values.
+/// What an assumption assumes of some values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Claim {
+pub enum AssumptionKind {
     /// One value: a mass, not negative.
     Mass,
     /// One value: a moment of inertia, not negative.
@@ -151,9 +151,9 @@ pub enum Claim {
 
 /// An assumption without which the equations describe no body.
 #[derive(Clone, Debug)]
-pub struct Premise {
+pub struct Assumption {
     /// What.
-    pub claim: Claim,
+    pub kind: AssumptionKind,
     /// Of which values.
     pub nodes: Vec<NodeId>,
     /// The user's names of what they are made of.

@@ -454,4 +454,4 @@ mod symmetric_top {
     }
 }
 
-mod premises;
+mod assumptions;

@@ -85,7 +85,7 @@ fn what_is_released_at_rest_is_braked() {
         let (model, braked) = (incline(slope), -G * (slope.sin() - 0.4 * slope.cos() * slope.signum()));
         for start in [free!(model).release("stick").build(), free!(model).release("stick").assemble()] {
             let start = start.unwrap();
-            assert_eq!(start.modes.side(STICK), -slope.signum());
+            assert_eq!(start.active_set.side(STICK), -slope.signum());
             assert!((model.accelerations(&start).unwrap()[0] - braked).abs() < 1e-12);
             for formulation in FORMULATIONS {
                 let run = model.simulate(start).until(1.0).tolerance(1e-9).formulation(formulation);
@@ -233,8 +233,8 @@ fn a_side_that_does_not_count_is_no_error() {
     let motion = model.simulate(start).until(1.2).tolerance(1e-9).contact("floor", 0.0).run().unwrap();
     let (v, a, t) = (-1.0, 0.4 * G - 2.0, 0.2);
     assert!((motion.end().x() - (1.0 + v * t + 0.5 * a * t * t)).abs() < 1e-7, "{}", motion.end().x());
-    assert!(motion.at(0.9).x_rate() < 0.0 && motion.at(0.9).modes.side(STICK) == 1.0);
-    assert_eq!(motion.end().modes.side(STICK), -1.0);
+    assert!(motion.at(0.9).x_rate() < 0.0 && motion.at(0.9).active_set.side(STICK) == 1.0);
+    assert_eq!(motion.end().active_set.side(STICK), -1.0);
     let frictionless = Incline { mu: 0.0, ..incline(0.3) };
     let start = free!(frictionless).x_rate(1.0).release("stick").build().unwrap();
     let motion = frictionless.simulate(start).until(2.0).run().unwrap();

@@ -105,7 +105,7 @@ fn what_slips_is_released_to_the_side_of_its_velocity() {
     for rate in [-1.0, 1.0] {
         let given = model.state().x_rate(rate).release("stick");
         for start in [given.build().unwrap(), given.assemble().unwrap()] {
-            assert_eq!(start.modes.side(0), rate);
+            assert_eq!(start.active_set.side(0), rate);
             assert!((model.accelerations(&start).unwrap()[0] + 1.5 * rate).abs() < 1e-14);
         }
         let given = given.release_to("stick", -rate);
@@ -113,7 +113,7 @@ fn what_slips_is_released_to_the_side_of_its_velocity() {
             assert_eq!(error, StateError::WrongSide { row: "stick", slip: rate });
             assert!(error.to_string().contains(&format!("`.release_to(name, {rate})`")), "{error}");
         }
-        assert_eq!(given.release_to("stick", rate).build().unwrap().modes.side(0), rate);
+        assert_eq!(given.release_to("stick", rate).build().unwrap().active_set.side(0), rate);
         // By hand, and found where the motion starts.
         let mut start = model.state().x_rate(rate).release("stick").build().unwrap();
         start.release_to("stick", -rate).unwrap();
@@ -121,8 +121,8 @@ fn what_slips_is_released_to_the_side_of_its_velocity() {
         assert!(error.to_string().contains("is released to the side"), "{error}");
     }
     // At rest the side is what was asked for.
-    assert_eq!(model.state().release("stick").build().unwrap().modes.side(0), 1.0);
-    assert_eq!(model.state().release_to("stick", -1.0).build().unwrap().modes.side(0), -1.0);
+    assert_eq!(model.state().release("stick").build().unwrap().active_set.side(0), 1.0);
+    assert_eq!(model.state().release_to("stick", -1.0).build().unwrap().active_set.side(0), -1.0);
 }
 
 /// A point between two pairs of stops: more switched constraints than every set of which has code of its own.

@@ -112,7 +112,7 @@ fn in_the_pole_of_polar_coordinates_and_on_a_floor() {
         (off.state.y() - (0.1 - 0.1962)).abs() < 1e-15 && off.reactions[0].multipliers[0] == 0.0,
         "{off}"
     );
-    assert!(!off.state.modes().all_hold(), "released it stays released");
+    assert!(!off.state.active_set().all_hold(), "released it stays released");
 }
 
 #[test]

@@ -225,7 +225,7 @@ proptest! {
         right.as_mut_slice().copy_from_slice(&values[17..]);
         let constants = model.constants().unwrap();
         let Some(delta) = model.correct_unrolled(&constants, &state, &right) else {
-            let general = matches!(Linkage::ROUTE, dynamics::model::Route::General { .. });
+            let general = matches!(Linkage::SOLVER, dynamics::model::SolverKind::General { .. });
             return if general { Ok(()) } else { Err(TestCaseError::reject("singular")) };
         };
         let (jacobian, left) = (model.jacobian(&state), model.mass_matrix(&state) * delta);
@@ -409,7 +409,7 @@ fn a_block_slides() {
     let normal = model.m * model.g * c;
     for (u, side) in [(0.5, 1.0), (-0.5, -1.0)] {
         let mut sliding = model.state().build().unwrap();
-        sliding.modes_mut().release(1, side);
+        sliding.active_set_mut().release(1, side);
         sliding.set_x_rate(u);
         let (ax, ay, outputs, _) = evaluated(&model, &sliding);
         near(ax, model.g * (s - side * model.friction * c), 1.0, "it slides");
@@ -434,7 +434,7 @@ fn a_block_slides() {
 fn forces_that_depend_on_reactions_come_with_their_derivative() {
     let model = Block { m: 2.0, g: 9.81, slope: 0.4, friction: 0.3 };
     let mut state = model.state().build().unwrap();
-    state.modes_mut().release(1, 1.0);
+    state.active_set_mut().release(1, 1.0);
     let lambda = nalgebra::Vector2::new(7.0, 3.0);
     let (mut force, mut by) = ([f64::NAN; 2], [f64::NAN; 4]);
     model.friction(&state, &lambda, &mut force, &mut by);
@@ -581,10 +581,11 @@ fn every_set_of_released_constraints_has_code_of_its_own() {
     let right = <Plank as Constraints>::Rows::new(0.3, -0.2, 0.5);
     for released in 0..8 {
         let mut state = state;
-        *state.modes_mut() = dynamics::model::Modes::ALL_HOLD;
+        *state.active_set_mut() = dynamics::model::ActiveSet::ALL_HOLD;
         let is_held = |mode: usize| released >> mode & 1 == 0;
-        (0..3).filter(|mode| !is_held(*mode)).for_each(|mode| state.modes_mut().release(mode, -1.0));
-        let found = model.solve_unrolled(&constants, &state).unwrap_or_else(|| panic!("{:?}", state.modes));
+        (0..3).filter(|mode| !is_held(*mode)).for_each(|mode| state.active_set_mut().release(mode, -1.0));
+        let found =
+            model.solve_unrolled(&constants, &state).unwrap_or_else(|| panic!("{:?}", state.active_set));
         let alone = model.accelerate_unrolled(&constants, &state).unwrap();
         let delta = model.correct_unrolled(&constants, &state, &right).unwrap();
         let general = dynamics::constrain::with_workspace::<Plank, _>(|workspace| {

@@ -264,7 +264,7 @@ fn a_constrained_model_of_thousands_of_operations() {
     let mut state = state::<HeldChain, 18>();
     for released in [false, true] {
         if released {
-            state.modes_mut().release(0, -1.0);
+            state.active_set_mut().release(0, -1.0);
         }
         let solved = solve_once(&model, &model.constants().unwrap(), &state).expect("a regular state");
         let (a, lambda) = (solved.accelerations, solved.multipliers);

@@ -2,7 +2,7 @@
 //! index-3 pendulum.
 
 use dynamics::constrain::solve_once;
-use dynamics::model::Route;
+use dynamics::model::SolverKind;
 use dynamics::prelude::*;
 
 use crate::support::*;
@@ -255,7 +255,7 @@ fn the_multipliers_of_the_triple_rod_are_not_unique_and_say_so() {
     // The sum λ₁ + λ₂ + 2 λ₃ is that of one rod: −m (v² − g y).
     let sum = solved.multipliers[0] + solved.multipliers[1] + 2.0 * solved.multipliers[2];
     assert!((sum + 2.0 * (1.0 + 9.81 * 0.8)).abs() < 1e-12, "{sum}");
-    assert!(matches!(TripleRod::ROUTE, Route::General { .. }));
+    assert!(matches!(TripleRod::SOLVER, SolverKind::General { .. }));
 }
 
 /// x² + y² = 1 with g = 1; Cash, MEBDFDAE drivers, pendul3.f (Imperial College, 2000). Published to 9.1

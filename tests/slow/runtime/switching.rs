@@ -10,7 +10,7 @@ use dynamics_runtime::constrain;
 use dynamics_runtime::error::{SingularMassMatrix, SolveError};
 use dynamics_runtime::model::{
     Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, ModelState, Outputs, Powers, Quantity,
-    Route, Solved, Terms,
+    Solved, SolverKind, Terms,
 };
 use dynamics_runtime::simulate::{
     Contact, Direction, EventAction, EventActionError, Flow, Formulation, Motion, OptionError, Simulate,
@@ -55,7 +55,7 @@ fn released<const N: usize>(
     mut state: PlainState<N, 0>,
     switches: impl IntoIterator<Item = usize>,
 ) -> PlainState<N, 0> {
-    switches.into_iter().for_each(|index| state.modes_mut().release(index, 1.0));
+    switches.into_iter().for_each(|index| state.active_set_mut().release(index, 1.0));
     state
 }
 
@@ -86,7 +86,7 @@ fn a_ball_bounces_and_comes_to_rest() {
         expected += 2.0 * e.powi(n as i32 + 1) * speed / ball.g;
     }
     let end = motion.end();
-    assert!(end.modes.all_hold() && end.q[1].abs() < 1e-15 && end.u[1].abs() < 1e-15);
+    assert!(end.active_set.all_hold() && end.q[1].abs() < 1e-15 && end.u[1].abs() < 1e-15);
     assert!((end.q[0] - 6.0).abs() < 1e-9, "it goes on sliding");
     assert!((motion.reaction_at("floor", 5.9).unwrap()[0] - ball.m * ball.g).abs() < 1e-12);
     assert_eq!(motion.reaction_at("floor", 0.5).unwrap(), [0.0], "in flight");
@@ -110,7 +110,7 @@ fn a_ball_bounces_and_comes_to_rest() {
     // Asked for, it is no news.
     let contact = Contact { restitution: e, rest_speed: Some(0.01) };
     let motion = ball.simulate(start).until(6.0).contact("floor", contact).run().unwrap();
-    assert!(motion.end().modes.all_hold() && !motion.verify().to_string().contains("too slow"));
+    assert!(motion.end().active_set.all_hold() && !motion.verify().to_string().contains("too slow"));
 }
 
 #[test]
@@ -186,7 +186,7 @@ fn a_bead_lifts_off_its_dome_and_lands() {
         let fall = down.time() - motion.events()[0].time();
         assert!((off.q[1] + off.u[1] * fall - 0.5 * dome.g * fall * fall).abs() < 1e-8, "{formulation}");
         let end = motion.end();
-        assert!(end.q[1].abs() < 1e-12 && (end.u[0] - off.u[0]).abs() < 1e-9 && !end.modes.all_hold());
+        assert!(end.q[1].abs() < 1e-12 && (end.u[0] - off.u[0]).abs() < 1e-9 && !end.active_set.all_hold());
         assert!((motion.reaction_at("ground", 2.9).unwrap()[0] - dome.g).abs() < 1e-9);
         let lost = 0.5 * (off.u[1] - dome.g * fall).powi(2);
         assert!((down.energy_lost() - lost).abs() < 1e-7, "{} {lost}", down.energy_lost());
@@ -221,7 +221,7 @@ impl Held<1, 0, 1> for Block {
         SMatrix::<f64, 1, 1>::new(self.m)
     }
     fn force(&self, s: &PlainState<1, 0>) -> SVector<f64, 1> {
-        SVector::from([-self.k * s.q[0] - self.sliding * self.n * s.modes.side(0)])
+        SVector::from([-self.k * s.q[0] - self.sliding * self.n * s.active_set.side(0)])
     }
     fn energy(&self, s: &PlainState<1, 0>) -> f64 {
         0.5 * (self.m * s.u[0] * s.u[0] + self.k * s.q[0] * s.q[0])
@@ -273,7 +273,7 @@ fn a_block_on_a_belt_sticks_and_slips() {
             (event.before.q[0] - place).abs() < 1e-9 && (event.before.u[0] - block.v).abs() < 1e-9,
             "{k}: {event:?}"
         );
-        assert_eq!(event.after.modes.side(0), if slips { -1.0 } else { 0.0 });
+        assert_eq!(event.after.active_set.side(0), if slips { -1.0 } else { 0.0 });
         expected += if slips { slip } else { stick };
     }
     assert!((motion.reaction_at("stick", 0.2).unwrap()[0] - block.k * 0.2 * block.v).abs() < 1e-9);
@@ -288,9 +288,9 @@ fn what_slips_backwards_is_braked() {
     let motion = block.simulate(start).until(1.0).stick_slip("stick", "breakaway").run().unwrap();
     let braking = block.sliding * block.n / block.m;
     let event = &motion.events()[0];
-    assert_eq!((motion.events().len(), event.before.modes.side(0)), (1, -1.0));
+    assert_eq!((motion.events().len(), event.before.active_set.side(0)), (1, -1.0));
     assert!((event.time() - 1.0 / braking).abs() < 1e-9, "{}", event.time());
-    assert!(motion.end().modes.all_hold() && (motion.end().q[0] + 0.5 / braking).abs() < 1e-9);
+    assert!(motion.end().active_set.all_hold() && (motion.end().q[0] + 0.5 / braking).abs() < 1e-9);
 }
 
 /// A reset that turns a slipping block round turns the friction with it.
@@ -307,7 +307,7 @@ fn a_block_that_rebounds_while_it_slips_is_braked_on_the_way_back() {
         let names: Vec<&str> = motion.events().iter().map(|event| event.name.as_str()).collect();
         assert_eq!(names, ["wall", "stick slip"], "{formulation}");
         let [wall, stick] = [0, 1].map(|i| &motion.events()[i]);
-        assert_eq!((wall.before.modes.side(0), wall.after.modes.side(0)), (1.0, -1.0));
+        assert_eq!((wall.before.active_set.side(0), wall.after.active_set.side(0)), (1.0, -1.0));
         let back = 0.5 * (16.0 - 2.0 * braking).sqrt();
         assert!((stick.time() - wall.time() - back / braking).abs() < 1e-8, "{formulation}");
         assert!((motion.end().q[0] - (1.0 - 0.5 * back * back / braking)).abs() < 1e-8, "{formulation}");
@@ -430,7 +430,7 @@ fn carts_couple_where_they_meet_and_are_released_again() {
         change.release("coupling");
     })
     .unwrap();
-    assert_eq!(released.end().modes.side(0), 1.0);
+    assert_eq!(released.end().active_set.side(0), 1.0);
     let elastic = meet(&carts, |change| change.impact("coupling", 1.0)).unwrap();
     let end = elastic.end();
     assert!(
@@ -475,7 +475,7 @@ fn changes_that_cannot_be_made_end_the_run_and_say_why() {
         if (residual - 0.25).abs() < 1e-9
     ));
     // The mode alone, without the impact: the velocities do not fit.
-    let state = why(|change| change.state_mut().modes_mut().engage(0));
+    let state = why(|change| change.state_mut().active_set_mut().engage(0));
     assert!(matches!(state, EventActionError::State(_)), "{state:?}");
 }
 
@@ -589,9 +589,9 @@ fn a_release_without_a_reaction_names_no_side() {
         // What is released stays so, to the side it was released to.
         change.release("stick");
     });
-    assert_eq!(released.unwrap().modes.side(0), -1.0);
+    assert_eq!(released.unwrap().active_set.side(0), -1.0);
     // Without friction either side is right; with it one would brake, and the other drive.
-    assert!(run(0.0, |change| change.release("stick")).unwrap().modes.side(0) != 0.0);
+    assert!(run(0.0, |change| change.release("stick")).unwrap().active_set.side(0) != 0.0);
     match run(0.4, |change| change.release("stick")).unwrap_err() {
         SimulationErrorKind::EventAction { error, .. } => {
             assert_eq!(*error, EventActionError::NoSide { constraint: "stick" })

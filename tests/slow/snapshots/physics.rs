@@ -32,7 +32,7 @@ pub(crate) fn held<M: Constraints + Powers>(
     for k in 0..r {
         let turned: f64 = (0..n).map(|i| jacobian[(k, i)] * solved.accelerations[i]).sum();
         let constraint = M::CONSTRAINTS.iter().rfind(|c| c.first <= k).expect("every row belongs to one");
-        if constraint.switched.is_none_or(|index| state.modes().holds(index)) {
+        if constraint.switched.is_none_or(|index| state.active_set().holds(index)) {
             near(turned, gamma[k], turned.abs() + 1.0, "Φ_q q̈ = γ");
         }
         near(solved.multipliers[k], multipliers[k], multipliers[k], M::ROWS[k].name);

@@ -199,7 +199,7 @@ fn has_jacobi_integral<M: Constraints>(
 ) -> bool {
     let rates = model.velocity_residual(later);
     let fastest = fastest(state);
-    if active_rows::<M>(state.modes(), false)
+    if active_rows::<M>(state.active_set(), false)
         .any(|row| row >= M::Residual::LEN || rates[row].abs() > ROUNDING_SHARE * fastest)
     {
         return false;
@@ -210,7 +210,7 @@ fn has_jacobi_integral<M: Constraints>(
     for _ in 0..MAX_CORRECTIONS {
         let Ok(here) = Statics::of(model, &before, order) else { return false };
         let missed = model.residual(&before);
-        let rows = active_rows::<M>(state.modes(), false).map(|row| missed[row]);
+        let rows = active_rows::<M>(state.active_set(), false).map(|row| missed[row]);
         let change = here.tangent.particular(&DMatrix::from_iterator(here.tangent.row_count(), 1, rows));
         before = displaced(&before, &change.column(0).into_owned());
     }
@@ -228,7 +228,7 @@ fn has_jacobi_integral<M: Constraints>(
     };
     let scales = scales(M::COORDINATES, later.q().as_slice());
     let rows = model.residual(&before);
-    let holds = active_rows::<M>(state.modes(), false).all(|row| {
+    let holds = active_rows::<M>(state.active_set(), false).all(|row| {
         let jacobian = model.jacobian(&before);
         let along: f64 = scales.iter().enumerate().map(|(j, size)| jacobian[(row, j)].abs() * size).sum();
         rows[row].abs() <= ROUNDING_SHARE * along
@@ -259,7 +259,7 @@ fn has_moving_rows<M: Constraints>(model: &M, state: &M::State) -> bool {
     let mut rest = *state;
     rest.u_mut().as_mut_slice().fill(0.0);
     let rates = model.velocity_residual(&rest);
-    active_rows::<M>(state.modes(), false).any(|row| rates[row] != 0.0)
+    active_rows::<M>(state.active_set(), false).any(|row| rates[row] != 0.0)
 }
 
 /// The power of all forces that are not derived from energies, at a position.

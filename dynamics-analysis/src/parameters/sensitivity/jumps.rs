@@ -44,7 +44,7 @@ pub(in super::super) fn refuse_jumps<M: Simulate>(
     refuse_resets(motion)?;
     for (k, pair) in knots.windows(2).enumerate() {
         let (from, to) = (pair[0].t(), pair[1].t());
-        if pair[0].modes() != pair[1].modes() {
+        if pair[0].active_set() != pair[1].active_set() {
             return Err(SensitivityError::Jump { time: to, what: "constraints engage or let go".into() });
         }
         if k > 0 && M::KINKS > 0 {

@@ -83,7 +83,7 @@ impl Emission<'_> {
                 type Workspace = [#f64; #private::workspace_len(#n, 0)];
                 const CONSTRAINTS: &'static [#private::Constraint] = &[];
                 const ROWS: &'static [#private::Quantity] = &[];
-                const ROUTE: #private::Route = #private::Route::Unconstrained;
+                const SOLVER: #private::SolverKind = #private::SolverKind::Unconstrained;
                 fn residual(&self, _: #state) -> Self::Residual { #private::vector([]) }
                 fn velocity_residual(&self, _: #state) -> Self::Rows { #private::vector([]) }
                 fn jacobian(&self, _: #state) -> Self::Jacobian { #private::matrix([[]; #n]) }
@@ -139,7 +139,7 @@ impl Emission<'_> {
         }
     }
 
-    /// `CONSTRAINTS`, `ROWS`, `ROUTE`, `FRICTION`.
+    /// `CONSTRAINTS`, `ROWS`, `SOLVER`, `FRICTION`.
     fn listed(&self, equations: &ConstraintEquations) -> TokenStream {
         let (private, none, some) = (&self.private, self.none(), self.some());
         let (mut first, mut modes) = (0usize, 0usize..);
@@ -170,7 +170,7 @@ impl Emission<'_> {
         quote! {
             const CONSTRAINTS: &'static [#private::Constraint] = &[#(#listed),*];
             const ROWS: &'static [#private::Quantity] = #rows;
-            const ROUTE: #private::Route = #route;
+            const SOLVER: #private::SolverKind = #route;
             #blocks
             const FRICTION: #bool = #friction;
             const KINETIC: #bool = #kinetic;
@@ -193,7 +193,7 @@ impl Emission<'_> {
         match &equations.solution {
             Solution::Unrolled(unrolled) => {
                 let elimination = self.in_words(&unrolled.elimination);
-                quote!(#private::Route::Unrolled { elimination: #elimination })
+                quote!(#private::SolverKind::Unrolled { elimination: #elimination })
             }
             Solution::General(reason) => {
                 let reason = match reason {
@@ -206,7 +206,7 @@ impl Emission<'_> {
                         format!("unrolled it would take {operations} operations")
                     }
                 };
-                quote!(#private::Route::General { reason: #reason })
+                quote!(#private::SolverKind::General { reason: #reason })
             }
         }
     }

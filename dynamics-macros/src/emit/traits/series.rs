@@ -153,7 +153,7 @@ impl Emission<'_> {
         let (blocks, ahead_blocks, shared) =
             (lanes.div_ceil(LANES_OF_BLOCK), constrained.lanes.div_ceil(LANES_OF_BLOCK), constrained.shared);
         let (some, none, recurrences) = (self.some(), self.none(), local("recurrences"));
-        let released = (self.switched() > 0).then(|| quote!(|| !#state.modes.all_hold()));
+        let released = (self.switched() > 0).then(|| quote!(|| !#state.active_set.all_hold()));
         let applies_not = match (&constrained.solve, unguarded) {
             (None, _) => quote!(true),
             (Some(_), Some(unguarded)) => quote!((#unguarded) #released),

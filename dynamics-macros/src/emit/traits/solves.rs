@@ -75,7 +75,7 @@ impl Emission<'_> {
         let lanes = self.accelerations_in_lanes(&staged);
         let (f9, kinks) = self.kinks();
         let (f10, speeds) = self.speeds();
-        let (f11, premises) = self.premises();
+        let (f11, assumptions) = self.assumptions();
         let velocities = self.compiled.equations.has_velocity_forces(self.access.graph);
         let time = self.compiled.equations.has_explicit_time(self.access.graph);
         quote! {
@@ -89,7 +89,7 @@ impl Emission<'_> {
                 const VELOCITY_FORCES: #private::bool = #velocities;
                 const EXPLICIT_TIME: #private::bool = #time;
                 #parameter #constants #accelerations #lanes #derivatives #mass #force #momenta
-                #rates #energy #conserved #speeds #premises #kinks #series
+                #rates #energy #conserved #speeds #assumptions #kinks #series
             }
         }
     }

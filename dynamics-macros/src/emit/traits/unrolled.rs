@@ -158,8 +158,9 @@ impl Emission<'_> {
             return (functions, quote!(#statements #check #some(#value)));
         }
         let held = (0..self.switched()).map(|mode| (mode, !modes.contains(&mode)));
-        let exactly = held.map(|(mode, holds)| quote!(#state.modes.holds(#mode) == #holds));
-        let applies = if modes.is_empty() { quote!(#state.modes.all_hold()) } else { quote!(#(#exactly)&&*) };
+        let exactly = held.map(|(mode, holds)| quote!(#state.active_set.holds(#mode) == #holds));
+        let applies =
+            if modes.is_empty() { quote!(#state.active_set.all_hold()) } else { quote!(#(#exactly)&&*) };
         (functions, quote!(if #applies { #statements #check return #some(#value); }))
     }
 
@@ -202,7 +203,7 @@ impl Emission<'_> {
         });
         let released = (self.switched() > 0).then(|| {
             quote!(
-                if let #private::Option::Some(#error) = #private::released::<Self>(#state.modes) {
+                if let #private::Option::Some(#error) = #private::released::<Self>(#state.active_set) {
                     return #private::Err(#error);
                 }
             )

@@ -82,7 +82,7 @@ impl<M: Constraints> PositionSearch<'_, '_, M> {
         let tolerance = ASSEMBLY_TOLERANCE * one_plus_largest(state.q().as_slice());
         self.work.evaluate(self.model, state);
         worst_violation::<M>(
-            state.modes(),
+            state.active_set(),
             true,
             values.as_slice(),
             (self.work.jacobian, self.work.usual_lengths),
@@ -92,10 +92,10 @@ impl<M: Constraints> PositionSearch<'_, '_, M> {
 
     fn linearise(&mut self, state: &M::State) -> Result<(), StateError> {
         self.work.evaluate(self.model, state);
-        self.work.decompose::<M>(state.modes(), true, self.given).map_err(|error| {
+        self.work.decompose::<M>(state.active_set(), true, self.given).map_err(|error| {
             // Where Φ itself is not finite, the error is about Φ.
             let residual = self.model.residual(state);
-            let row = active_rows::<M>(state.modes(), true).find(|row| !residual[*row].is_finite());
+            let row = active_rows::<M>(state.active_set(), true).find(|row| !residual[*row].is_finite());
             row.map_or(error, |row| StateError::ConstraintNotFinite { row: M::ROWS[row].name })
         })
     }
@@ -103,12 +103,12 @@ impl<M: Constraints> PositionSearch<'_, '_, M> {
     /// Linearises in the scales of the last linearisation.
     fn relinearise(&mut self, state: &M::State) {
         self.work.evaluate(self.model, state);
-        self.work.decompose_in_scales::<M>(state.modes(), true, self.given);
+        self.work.decompose_in_scales::<M>(state.active_set(), true, self.given);
     }
 
     /// Loads −Φ at a state as right-hand side, in the scales of the last linearisation; returns its norm.
     fn load_residual(&mut self, state: &M::State) -> Result<f64, StateError> {
-        self.work.load_residual::<M>(state.modes(), true, self.model.residual(state).as_slice())
+        self.work.load_residual::<M>(state.active_set(), true, self.model.residual(state).as_slice())
     }
 
     /// The state after a part of a step.
@@ -345,7 +345,7 @@ impl<M: Constraints> PositionSearch<'_, '_, M> {
         let entry = |k: usize, row: usize, j: usize| {
             self.work.jacobian[row * n + j] / (self.work.scales[k] * self.work.weights[j])
         };
-        let rows = || active_rows::<M>(state.modes(), true).enumerate();
+        let rows = || active_rows::<M>(state.active_set(), true).enumerate();
         // Below this, a pull is rounding of the descent in the free coordinates.
         let rounding = 1e-6 * norm(&self.work.right[..self.work.shape.0]);
         let pull = |j: usize| {

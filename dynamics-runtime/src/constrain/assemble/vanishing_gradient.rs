@@ -8,7 +8,7 @@ use crate::constrain::nearby::nearby_state;
 use crate::constrain::{borrow_workspace, system_names};
 use crate::error::SolveError;
 use crate::linalg::{max_abs, norm, swap_rows};
-use crate::model::{Constraints, Known, ModelState, Vector};
+use crate::model::{Constraints, ModelState, StaticTraits, Vector};
 
 /// Memory of [`check_gradients`], besides the assembly.
 pub(in crate::constrain) const fn check_memory(n: usize, r: usize) -> usize {
@@ -56,7 +56,7 @@ pub(super) fn vanishing_row<M: Constraints>(
     state: &M::State,
     workspace: &mut [f64],
 ) -> Option<usize> {
-    if M::IS_FREE {
+    if M::IS_UNCONSTRAINED {
         return None;
     }
     let mut lengths = |state: &M::State| {
@@ -67,7 +67,7 @@ pub(super) fn vanishing_row<M: Constraints>(
     };
     let (here, there) = (lengths(state), lengths(&nearby_state::<M>(state)));
     let suspected = |row: &usize| here[*row] <= SUSPECT_LENGTH_RATIO * there[*row] || here[*row] == 0.0;
-    let mut suspects = active_rows::<M>(state.modes(), true).filter(suspected);
+    let mut suspects = active_rows::<M>(state.active_set(), true).filter(suspected);
     suspects.find(|row| {
         has_semidefinite_hessian(model, state, *row, workspace) || {
             let on_constraints = nearby_on_constraints(model, state, workspace);

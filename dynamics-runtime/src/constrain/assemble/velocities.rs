@@ -25,11 +25,11 @@ pub(super) fn solve<M: Constraints>(
 ) -> Result<bool, StateError> {
     work.evaluate(model, state);
     work.weigh();
-    work.decompose::<M>(state.modes(), false, given)?;
+    work.decompose::<M>(state.active_set(), false, given)?;
     least_energy(state, given, work);
     // The second pass removes the rounding errors of the first.
     for _ in 0..2 {
-        work.load_residual::<M>(state.modes(), false, model.velocity_residual(state).as_slice())?;
+        work.load_residual::<M>(state.active_set(), false, model.velocity_residual(state).as_slice())?;
         work.solve(0, VELOCITY_RANK_TOLERANCE, 0.0);
         shift(state.u_mut().as_mut_slice(), given, work.weights, 1.0, work.steps[0]);
         least_energy(state, given, work);
@@ -37,7 +37,7 @@ pub(super) fn solve<M: Constraints>(
     let values = model.velocity_residual(state);
     let tolerance = ASSEMBLY_TOLERANCE * one_plus_largest(state.u().as_slice());
     let Some(violation) = worst_violation::<M>(
-        state.modes(),
+        state.active_set(),
         false,
         values.as_slice(),
         (work.jacobian, work.usual_lengths),
@@ -47,7 +47,7 @@ pub(super) fn solve<M: Constraints>(
         let (rows, free_columns) = work.shape;
         return Ok(open_directions(work) > free_columns.saturating_sub(rows));
     };
-    work.load_residual::<M>(state.modes(), false, values.as_slice())?;
+    work.load_residual::<M>(state.active_set(), false, values.as_slice())?;
     Err(StateError::VelocityNotAssembled {
         row: M::ROWS[violation.row].name,
         residual: violation.residual,
@@ -79,7 +79,7 @@ pub(super) fn check_branch<M: Constraints>(
     let decompose = |work: &mut AssemblyWorkspace<'_>, at: &M::State, given: &[bool]| {
         work.evaluate(model, at);
         work.weigh();
-        work.decompose::<M>(at.modes(), false, given)
+        work.decompose::<M>(at.active_set(), false, given)
     };
     decompose(work, &nearby_state, given)?;
     let elsewhere = open_directions(work);
@@ -107,7 +107,8 @@ pub(super) fn check_branch<M: Constraints>(
     let reached = |k: usize, c: usize| math::powi(svd.column(c)[k] / svd.sigma[c], 2);
     let unreached_share =
         |k: usize| 1.0 - all.clone().filter(|c| svd.sigma[*c] > cut).map(|c| reached(k, c)).sum::<f64>();
-    let rows = active_rows::<M>(state.modes(), false).enumerate().map(|(k, row)| (row, unreached_share(k)));
+    let rows =
+        active_rows::<M>(state.active_set(), false).enumerate().map(|(k, row)| (row, unreached_share(k)));
     Err(StateError::VelocityUndetermined { rows: TopContributors::ranked(M::ROWS, rows), coordinates })
 }
 
@@ -174,7 +175,7 @@ fn blocking_velocities<M: Constraints>(
     let (m, _) = work.shape;
     let noise = 1e-6 * norm(&work.right[..m]);
     let pull = |j: usize| -> f64 {
-        let rows = active_rows::<M>(state.modes(), false).enumerate();
+        let rows = active_rows::<M>(state.active_set(), false).enumerate();
         let terms = rows.map(|(k, row)| work.right[k] * work.jacobian[row * n + j] / work.scales[k]);
         let pull = terms.sum::<f64>() / work.weights[j];
         if pull.abs() > noise { pull } else { 0.0 }

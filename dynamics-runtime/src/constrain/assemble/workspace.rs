@@ -6,7 +6,7 @@ use crate::error::StateError;
 use crate::linalg::Svd;
 use crate::linalg::norm;
 use crate::math;
-use crate::model::{Constraints, ModelState, Modes, Terms, Vector};
+use crate::model::{ActiveSet, Constraints, ModelState, Terms, Vector};
 
 /// Lower bound of the weights, in parts of the largest one. Without it, a heavy flywheel would push the
 /// singular values of light coordinates below the rank tolerance.
@@ -90,25 +90,25 @@ impl<'w> AssemblyWorkspace<'w> {
     /// [`AssemblyWorkspace::evaluate`] comes before.
     pub(super) fn decompose<M: Constraints>(
         &mut self,
-        modes: Modes,
+        active_set: ActiveSet,
         holonomic: bool,
         given: &[bool],
     ) -> Result<(), StateError> {
-        self.rescale::<M>(modes, holonomic)?;
-        self.decompose_in_scales::<M>(modes, holonomic, given);
+        self.rescale::<M>(active_set, holonomic)?;
+        self.decompose_in_scales::<M>(active_set, holonomic, given);
         Ok(())
     }
 
     /// Scales of the rows: one per constraint, the largest norm of its rows, so that components of a vector
     /// count alike whatever their gradients at the guess are. If each row had its own scale, a closest
     /// approach could be a place where a vector is longer than elsewhere.
-    fn rescale<M: Constraints>(&mut self, modes: Modes, holonomic: bool) -> Result<(), StateError> {
+    fn rescale<M: Constraints>(&mut self, active_set: ActiveSet, holonomic: bool) -> Result<(), StateError> {
         let n = self.weights.len();
         let square = |row: usize| -> f64 {
             (0..n).map(|j| math::powi(self.jacobian[row * n + j] / self.weights[j], 2)).sum()
         };
         let mut k = 0;
-        for constraint in active::<M>(modes, holonomic) {
+        for constraint in active::<M>(active_set, holonomic) {
             let rows = constraint.first..constraint.first + constraint.rows;
             if let Some(row) = rows.clone().find(|row| !square(*row).is_finite()) {
                 return Err(StateError::GradientNotFinite { row: M::ROWS[row].name });
@@ -124,12 +124,12 @@ impl<'w> AssemblyWorkspace<'w> {
     /// [`AssemblyWorkspace::decompose`] in the present scales of the rows.
     pub(super) fn decompose_in_scales<M: Constraints>(
         &mut self,
-        modes: Modes,
+        active_set: ActiveSet,
         holonomic: bool,
         given: &[bool],
     ) {
         let n = self.weights.len();
-        let rows = || active_rows::<M>(modes, holonomic).enumerate();
+        let rows = || active_rows::<M>(active_set, holonomic).enumerate();
         let m = rows().count();
         for (column, j) in free_columns(given).enumerate() {
             for (k, row) in rows() {
@@ -159,11 +159,11 @@ impl<'w> AssemblyWorkspace<'w> {
     /// row that is not finite.
     pub(super) fn load_residual<M: Constraints>(
         &mut self,
-        modes: Modes,
+        active_set: ActiveSet,
         holonomic: bool,
         values: &[f64],
     ) -> Result<f64, StateError> {
-        for (k, row) in active_rows::<M>(modes, holonomic).enumerate() {
+        for (k, row) in active_rows::<M>(active_set, holonomic).enumerate() {
             self.right[k] = -values[row] / self.scales[k];
             if !self.right[k].is_finite() {
                 return Err(StateError::ConstraintNotFinite { row: M::ROWS[row].name });

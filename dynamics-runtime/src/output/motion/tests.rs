@@ -5,7 +5,7 @@ use nalgebra::{SMatrix, SVector};
 use super::*;
 use crate::error::{SingularMassMatrix, SolveError};
 use crate::expr::Expr;
-use crate::model::{Dynamics, Events, Model, Modes, Outputs, Powers, Quantity};
+use crate::model::{ActiveSet, Dynamics, Events, Model, Outputs, Powers, Quantity};
 
 /// x = cos t and y = sin t: two masses on springs, one of which has no unit.
 struct Springs;
@@ -16,14 +16,14 @@ struct SpringsState {
     q: SVector<f64, 2>,
     u: SVector<f64, 2>,
     inputs: SVector<f64, 0>,
-    modes: Modes,
+    active_set: ActiveSet,
 }
 
 impl ModelState for SpringsState {
     type Vector = SVector<f64, 2>;
     type Inputs = SVector<f64, 0>;
     fn new(t: f64, q: Self::Vector, u: Self::Vector, inputs: Self::Inputs) -> Self {
-        Self { t, q, u, inputs, modes: Modes::default() }
+        Self { t, q, u, inputs, active_set: ActiveSet::default() }
     }
     fn t(&self) -> f64 {
         self.t
@@ -46,11 +46,11 @@ impl ModelState for SpringsState {
     fn inputs_mut(&mut self) -> &mut Self::Inputs {
         &mut self.inputs
     }
-    fn modes(&self) -> Modes {
-        self.modes
+    fn active_set(&self) -> ActiveSet {
+        self.active_set
     }
-    fn modes_mut(&mut self) -> &mut Modes {
-        &mut self.modes
+    fn active_set_mut(&mut self) -> &mut ActiveSet {
+        &mut self.active_set
     }
 }
 
@@ -134,7 +134,7 @@ fn start() -> SpringsState {
         q: vector(1.0, 0.0),
         u: vector(0.0, 1.0),
         inputs: SVector::zeros(),
-        modes: Modes::default(),
+        active_set: ActiveSet::default(),
     }
 }
 

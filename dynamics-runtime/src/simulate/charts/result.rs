@@ -201,6 +201,13 @@ impl<'a, M: Simulate> ChartSwitchingMotion<'a, M> {
     }
 }
 
+/// Its summary.
+impl<M: Simulate> fmt::Display for ChartSwitchingMotion<'_, M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.summary().fmt(f)
+    }
+}
+
 /// The larger one; NaN where either is.
 fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || a > b { a } else { b }

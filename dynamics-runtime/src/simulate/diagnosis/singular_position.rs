@@ -17,7 +17,7 @@ use crate::constrain::rank_margin::{RankMargin, gradient_condition, rank_margin,
 use crate::error::SolveError;
 use crate::golden_section::golden_section_maximum;
 use crate::linalg::max_abs;
-use crate::model::{Constraints, Known, ModelState, Vector};
+use crate::model::{Constraints, ModelState, StaticTraits, Vector};
 use crate::simulate::diagnosis::RunMethod;
 use crate::simulate::failure::{SimulationErrorKind as Kind, SingularPositionCause};
 use crate::simulate::stabilization::singular_start::SINGULAR_CONDITION;
@@ -55,7 +55,7 @@ pub(crate) fn explain<M: Constraints>(
     run_method: RunMethod,
 ) -> Kind {
     let has_many_steps = matches!(kind, Kind::TooManySteps { .. } | Kind::StepsVanish { .. });
-    if M::IS_FREE {
+    if M::IS_UNCONSTRAINED {
         return kind;
     }
     let found = weakest_ahead(state, h, &kind, |state| rank_margin(model, state));
@@ -130,7 +130,7 @@ pub(crate) fn stalls_before_singular_position<M: Constraints>(
     took: f64,
 ) -> bool {
     let distance = relative_distance(state, took);
-    M::IS_HELD && distance * STALL_CONDITION < PASSING_SHARE && {
+    M::IS_CONSTRAINED && distance * STALL_CONDITION < PASSING_SHARE && {
         let condition = gradient_condition(model, state);
         condition >= STALL_CONDITION && distance * condition < PASSING_SHARE
     }

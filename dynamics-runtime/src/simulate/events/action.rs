@@ -15,7 +15,7 @@ use dynamics_view::suggest;
 use crate::constrain::assemble::CONSISTENT;
 use crate::error::SolveError;
 use crate::integrate::StepOptions;
-use crate::model::{Constraint, ConstraintKind, Known, ModelState, SimulationModel, Vector};
+use crate::model::{Constraint, ConstraintKind, ModelState, SimulationModel, StaticTraits, Vector};
 use crate::simulate::events::contact_corner;
 use crate::simulate::failure::event_action::EventActionError;
 use crate::simulate::stabilization::{ConsistencyError, Stabilization};
@@ -167,7 +167,7 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
     /// # Errors
     /// Where there is no constraint of this name, or it is not one that can be switched.
     pub fn holds(&self, name: &str) -> Result<bool, EventActionError> {
-        self.switched(name).map(|(_, index)| self.state.modes().holds(index))
+        self.switched(name).map(|(_, index)| self.state.active_set().holds(index))
     }
 
     /// λ of a constraint at the current state, by rows; 0 where it does not hold. Empty where λ cannot be
@@ -197,7 +197,7 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
                 return Err(EventActionError::ImpactApart { row, residual });
             }
             let pushes = constraint.kind == ConstraintKind::Holonomic && constraint.rows == 1;
-            let free = constraint.switched.is_some_and(|switch| !change.state.modes().holds(switch));
+            let free = constraint.switched.is_some_and(|switch| !change.state.active_set().holds(switch));
             let least =
                 CONSISTENT * change.stabilization.velocity_size(change.model, change.state, constraint);
             if pushes
@@ -245,7 +245,7 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
             return Err(EventActionError::ContactMissed { row, residual });
         }
         let mut there = *self.state;
-        constraint.switched.iter().for_each(|switch| there.modes_mut().engage(*switch));
+        constraint.switched.iter().for_each(|switch| there.active_set_mut().engage(*switch));
         self.stabilization.project_positions(self.model, &mut there)?;
         *self.state.q_mut() = *there.q();
         Ok(())
@@ -292,7 +292,7 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
         let shift = part * (1.0 + t.abs());
         (0..M::Vector::LEN).for_each(|i| q[i] += shift * u[i]);
         let mut displaced = M::State::new(t + shift, q, u, *self.state.inputs());
-        *displaced.modes_mut() = self.state.modes();
+        *displaced.active_set_mut() = self.state.active_set();
         displaced
     }
 
@@ -315,8 +315,8 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
         self.apply(|change| {
             let (constraint, index) = change.switched(name)?;
             change.check_engageable(constraint)?;
-            if !change.state.modes().holds(index) {
-                change.state.modes_mut().engage(index);
+            if !change.state.active_set().holds(index) {
+                change.state.active_set_mut().engage(index);
                 change.stabilization.impact(
                     change.model,
                     change.state,
@@ -333,7 +333,7 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
         self.apply(|change| {
             let (constraint, index) = change.switched(name)?;
             change.check_engageable(constraint)?;
-            if !change.state.modes().holds(index) {
+            if !change.state.active_set().holds(index) {
                 change.apply_impact(constraint, ImpactKind::Capture)?;
             }
             Ok(())
@@ -346,7 +346,7 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
     pub fn release(&mut self, name: &str) {
         self.apply(|change| {
             let (constraint, index) = change.switched(name)?;
-            if !change.state.modes().holds(index) {
+            if !change.state.active_set().holds(index) {
                 return Ok(());
             }
             let side = match constraint.kind {
@@ -372,7 +372,7 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
                     }
                 }
             };
-            change.state.modes_mut().release(index, side);
+            change.state.active_set_mut().release(index, side);
             Ok(())
         });
     }
@@ -396,7 +396,7 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
     pub fn release_to(&mut self, name: &str, side: f64) {
         self.apply(|change| {
             let (_, index) = change.switched(name)?;
-            change.state.modes_mut().release(index, side);
+            change.state.active_set_mut().release(index, side);
             Ok(())
         });
     }
@@ -431,14 +431,14 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
         }
         // What is hit, with its restitution: the constraint itself, then the contacts that touch.
         let index = position_of::<M>(constraint);
-        let held = self.state.modes();
+        let held = self.state.active_set();
         let touching = self.stabilization.touching_contacts(self.model, self.state, held)?;
         let (start, before) = (*self.state, self.model.velocity_residual(self.state));
         let mut hits = Vec::with_capacity(touching.len() + 1);
         match impact_kind {
             ImpactKind::Restitution(restitution) => hits.push((index, restitution)),
             ImpactKind::Capture => {
-                constraint.switched.iter().for_each(|switch| self.state.modes_mut().engage(*switch));
+                constraint.switched.iter().for_each(|switch| self.state.active_set_mut().engage(*switch));
                 hits.push((index, 0.0));
             }
             ImpactKind::ContactLaw => hits.push((index, self.stabilization.restitution(index, &before))),
@@ -463,8 +463,8 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
                 .all(|(hit, switch)| held.holds(*switch) || self.stabilization.is_slow(*hit, &before));
         for (_, switch) in &contacts {
             match all_come_to_rest {
-                true => self.state.modes_mut().engage(*switch),
-                false => self.state.modes_mut().release(*switch, 1.0),
+                true => self.state.active_set_mut().engage(*switch),
+                false => self.state.active_set_mut().release(*switch, 1.0),
             }
         }
         let jump = self.stabilization.impact(self.model, self.state, &hits)?;
@@ -472,7 +472,7 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
         let fastest = hits.iter().map(|hit| before[M::CONSTRAINTS[hit.0].first].abs()).fold(0.0, f64::max);
         for (contact, switch) in contacts {
             if self.is_at_rest(&start, M::CONSTRAINTS[contact].first, fastest) {
-                self.state.modes_mut().engage(switch);
+                self.state.active_set_mut().engage(switch);
             }
         }
         self.record(&start, constraint, before.as_slice(), jump.impulses.as_slice());
@@ -506,7 +506,7 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
             self.impacts.push(Impact {
                 constraint: constraint.name,
                 held: constraint != struck
-                    && constraint.switched.is_none_or(|switch| start.modes().holds(switch)),
+                    && constraint.switched.is_none_or(|switch| start.active_set().holds(switch)),
                 approach: rows_of(constraint, before),
                 impulse: rows_of(constraint, impulses),
                 energy_lost: 0.0
@@ -529,7 +529,7 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
     /// The row of a released holonomic constraint that is violated most, and its Φ, if that is above this
     /// part of its size.
     fn missed_row(&mut self, constraint: &'static Constraint, part: f64) -> Option<(&'static str, f64)> {
-        let holds = constraint.switched.is_none_or(|switch| self.state.modes().holds(switch));
+        let holds = constraint.switched.is_none_or(|switch| self.state.active_set().holds(switch));
         match constraint.kind {
             ConstraintKind::Holonomic if !holds => {
                 self.stabilization.missed_row(self.model, self.state, constraint, part)

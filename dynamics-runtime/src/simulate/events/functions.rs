@@ -12,7 +12,7 @@ use core::cell::{RefCell, RefMut};
 use crate::constrain::assemble::{CONSISTENT, size_along};
 use crate::constrain::{self, ConstrainedAccelerationsOf, Gradients};
 use crate::error::SolveError;
-use crate::model::{Known, ModelState, SimulationModel, Vector};
+use crate::model::{ModelState, SimulationModel, StaticTraits, Vector};
 use crate::simulate::events::unilateral::{UnilateralConstraint, UnilateralConstraints};
 use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::stabilization::missed_row;
@@ -41,7 +41,7 @@ impl<'m, M: SimulationModel> EventFunctions<'m, M> {
         unilaterals: UnilateralConstraints,
     ) -> Self {
         let none = M::EVENTS.is_empty() && added_events.is_empty() && unilaterals.is_empty();
-        let len = if M::IS_FREE || none {
+        let len = if M::IS_UNCONSTRAINED || none {
             0
         } else {
             constrain::workspace_len(M::COORDINATES.len(), M::ROWS.len())

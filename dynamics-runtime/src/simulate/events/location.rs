@@ -26,7 +26,7 @@ use alloc::string::String;
 use alloc::vec;
 use alloc::vec::Vec;
 
-use crate::model::{Known, ModelState, SimulationModel, Vector};
+use crate::model::{ModelState, SimulationModel, StaticTraits, Vector};
 use crate::simulate::events::action::EventAction;
 use crate::simulate::events::functions::{AddedEvent, EventFunctions};
 use crate::simulate::events::restart::{Departure, SignState, departure_from_zero};
@@ -220,7 +220,7 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
     /// Whether constraints hold a function at zero throughout a step, see [`EventFunctions::is_masked`].
     #[cold]
     fn is_masked_throughout(&mut self, index: usize, state: &impl Fn(f64) -> M::State) -> Result<bool, Kind> {
-        if M::IS_FREE || index >= self.functions.first_unilateral() {
+        if M::IS_UNCONSTRAINED || index >= self.functions.first_unilateral() {
             return Ok(false);
         }
         for theta in MASK_PROBES {
@@ -467,7 +467,7 @@ impl<'m, M: SimulationModel> EventLocator<'m, M> {
         place: Option<&M::State>,
         h: f64,
     ) -> Result<(), Kind> {
-        let switched = before.modes() != after.modes();
+        let switched = before.active_set() != after.active_set();
         let moved = switched || before.q() != after.q() || before.u() != after.u();
         self.evaluate(before)?;
         self.start_values.copy_from_slice(&self.values);

@@ -13,7 +13,7 @@ use crate::constrain::Gradients;
 use crate::constrain::active_set::active_rows;
 use crate::linalg::{dot, max_abs};
 use crate::math;
-use crate::model::{Known, ModelState, SimulationModel, Vector};
+use crate::model::{ModelState, SimulationModel, StaticTraits, Vector};
 use crate::simulate::events::functions::EventFunctions;
 use crate::simulate::failure::SimulationErrorKind as Kind;
 
@@ -42,7 +42,7 @@ impl<M: SimulationModel> EventFunctions<'_, M> {
         scratch: &mut [f64],
     ) -> Result<bool, Kind> {
         let value = self.value(index, state, scratch)?;
-        if M::IS_FREE {
+        if M::IS_UNCONSTRAINED {
             return Ok(false);
         }
         let (mut of_positions, mut of_velocities) = (vec![0.0; M::Vector::LEN], vec![0.0; M::Vector::LEN]);
@@ -55,7 +55,7 @@ impl<M: SimulationModel> EventFunctions<'_, M> {
         let length = math::sqrt(dot(&gradient, &gradient));
         let mut workspace = self.workspace();
         let gradients = Gradients::alone(self.model, state, &mut workspace);
-        let rows: Vec<usize> = active_rows::<M>(state.modes(), !depends_on_velocities).collect();
+        let rows: Vec<usize> = active_rows::<M>(state.active_set(), !depends_on_velocities).collect();
         let (residual, rates) = (self.model.residual(state), self.model.velocity_residual(state));
         let violation = |row: &usize| if depends_on_velocities { rates[*row] } else { residual[*row] };
         let drift = rows.iter().map(|row| gradients.distance(*row, violation(row))).fold(0.0, f64::max);

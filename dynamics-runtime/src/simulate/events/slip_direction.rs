@@ -11,7 +11,7 @@
 //! constraints with a rule is set in `unilateral.rs`, and that of starts and after actions in [`align_side`].
 
 use crate::integrate::{Dense, Hermite, Step, Tolerances};
-use crate::model::{Constraint, ConstraintKind, ModelState, Modes, SimulationModel};
+use crate::model::{ActiveSet, Constraint, ConstraintKind, ModelState, SimulationModel};
 use crate::simulate::events::unilateral::UnilateralConstraint;
 use crate::simulate::right_hand_side::RightHandSide;
 use crate::simulate::stabilization::Stabilization;
@@ -41,12 +41,12 @@ const REVERSAL_BISECTIONS: usize = 48;
 
 /// The released nonholonomic constraints of one row that have no stick–slip rule.
 pub(crate) fn without_rule<'g, M: SimulationModel>(
-    modes: Modes,
+    active_set: ActiveSet,
     unilaterals: impl Iterator<Item = &'g UnilateralConstraint> + Clone,
 ) -> impl Iterator<Item = SlipDirection> {
     let slips = |c: &&Constraint| c.kind == ConstraintKind::Nonholonomic && c.rows == 1;
     let released =
-        move |c: &'static Constraint| Some((c, c.switched.filter(|switch| !modes.holds(*switch))?));
+        move |c: &'static Constraint| Some((c, c.switched.filter(|switch| !active_set.holds(*switch))?));
     let has_rule = move |c: &Constraint| unilaterals.clone().any(|unilateral| unilateral.constraint == c);
     M::CONSTRAINTS.iter().filter(slips).filter_map(released).filter(move |(c, _)| !has_rule(c))
 }
@@ -57,13 +57,13 @@ pub(crate) fn align_side<M: SimulationModel>(
     model: &M,
     stabilization: &mut Stabilization<M>,
     (constraint, switch): SlipDirection,
-    before: Modes,
+    before: ActiveSet,
     state: &mut M::State,
 ) {
-    if before.side(switch) == state.modes().side(switch)
+    if before.side(switch) == state.active_set().side(switch)
         && let Some(side) = stabilization.slip_side(model, state, constraint)
     {
-        state.modes_mut().release(switch, side);
+        state.active_set_mut().release(switch, side);
     }
 }
 
@@ -95,7 +95,7 @@ pub(crate) fn locate_reversal<M: SimulationModel>(
     part: usize,
 ) -> Option<SlipReversal> {
     let (constraint, switch) = slipping;
-    let side = rhs.modes.side(switch);
+    let side = rhs.active_set.side(switch);
     let found = rhs.state_within(dense, step, tolerances, PROBED_PARTS[part]);
     let slip = slip_against_side(rhs, &found, slipping)?;
     let (mut low, mut high) =
@@ -122,7 +122,8 @@ fn slip_against_side<M: SimulationModel>(
     state: &M::State,
     (constraint, switch): SlipDirection,
 ) -> Option<f64> {
-    let (slip, side) = (rhs.model.velocity_residual(state)[constraint.first], state.modes().side(switch));
+    let (slip, side) =
+        (rhs.model.velocity_residual(state)[constraint.first], state.active_set().side(switch));
     if slip * side >= 0.0 {
         return None;
     }

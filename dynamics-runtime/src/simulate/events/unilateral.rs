@@ -16,7 +16,7 @@ use alloc::vec::Vec;
 
 use crate::constrain::ConstrainedAccelerationsOf;
 use crate::error::SolveError;
-use crate::model::{Constraint, ConstraintKind, Known, ModelState, Modes, SimulationModel};
+use crate::model::{ActiveSet, Constraint, ConstraintKind, ModelState, SimulationModel, StaticTraits};
 use crate::simulate::events::action::{EventAction, find};
 use crate::simulate::failure::OptionError;
 use crate::simulate::options::contact::Contact;
@@ -118,35 +118,35 @@ impl UnilateralConstraint {
         reactions: impl FnOnce() -> Result<ConstrainedAccelerationsOf<M>, SolveError>,
     ) -> Result<f64, SolveError> {
         let row = self.constraint.first;
-        let modes = state.modes();
+        let active_set = state.active_set();
         Ok(match self.rule {
-            ComplementarityRule::Contact(_) if modes.holds(self.switch) => reactions()?.multipliers[row],
+            ComplementarityRule::Contact(_) if active_set.holds(self.switch) => reactions()?.multipliers[row],
             ComplementarityRule::Contact(_) => model.residual(state)[row],
-            ComplementarityRule::Stick { breakaway } if modes.holds(self.switch) => event(breakaway)?,
+            ComplementarityRule::Stick { breakaway } if active_set.holds(self.switch) => event(breakaway)?,
             ComplementarityRule::Stick { .. } => {
-                model.velocity_residual(state)[row] * modes.side(self.switch)
+                model.velocity_residual(state)[row] * active_set.side(self.switch)
             }
         })
     }
 
     /// Whether its constraint holds.
     pub(crate) fn holds<S: ModelState>(&self, state: &S) -> bool {
-        self.holds_in(state.modes())
+        self.holds_in(state.active_set())
     }
 
-    /// Whether its constraint holds in these modes.
-    pub(crate) fn holds_in(&self, modes: Modes) -> bool {
-        modes.holds(self.switch)
+    /// Whether its constraint holds in this active set.
+    pub(crate) fn holds_in(&self, active_set: ActiveSet) -> bool {
+        active_set.holds(self.switch)
     }
 
     /// The side to which its constraint was released.
     pub(crate) fn side_of<S: ModelState>(&self, state: &S) -> f64 {
-        state.modes().side(self.switch)
+        state.active_set().side(self.switch)
     }
 
     /// Releases its constraint to a side, at a corner.
     pub(crate) fn release<S: ModelState>(&self, state: &mut S, side: f64) {
-        state.modes_mut().release(self.switch, side);
+        state.active_set_mut().release(self.switch, side);
     }
 
     /// Whether it is a contact. The others stick and slip.
@@ -158,7 +158,7 @@ impl UnilateralConstraint {
     /// velocity.
     pub(crate) fn align_slip_side<M: SimulationModel>(
         &self,
-        before: Modes,
+        before: ActiveSet,
         model: &M,
         state: &mut M::State,
         stabilization: &mut Stabilization<M>,
@@ -166,12 +166,12 @@ impl UnilateralConstraint {
         if M::IS_UNSWITCHED {
             return;
         }
-        let is_released = |modes: Modes| !modes.holds(self.switch);
-        if self.is_contact() || !is_released(before) || !is_released(state.modes()) {
+        let is_released = |active_set: ActiveSet| !active_set.holds(self.switch);
+        if self.is_contact() || !is_released(before) || !is_released(state.active_set()) {
             return;
         }
         if let Some(side) = stabilization.slip_side(model, state, self.constraint) {
-            state.modes_mut().release(self.switch, side);
+            state.active_set_mut().release(self.switch, side);
         }
     }
 
@@ -225,7 +225,7 @@ impl UnilateralConstraint {
         }
         let jumped = change.state().u() != change.instant().u();
         if !holds && !self.is_contact() {
-            self.last_side = change.state().modes().side(self.switch);
+            self.last_side = change.state().active_set().side(self.switch);
         }
         match self.rule {
             ComplementarityRule::Contact(_) if holds && jumped => {}

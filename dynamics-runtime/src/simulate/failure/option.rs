@@ -1,6 +1,8 @@
 //! Options of a simulation that make no sense.
 
-use crate::model::{ConstraintKind, Dynamics, Premise, Refuted, parameter_not_finite, refuted};
+use crate::model::{
+    Assumption, AssumptionViolation, ConstraintKind, Dynamics, parameter_not_finite, violated_assumption,
+};
 use crate::simulate::failure::event_action::EventActionError;
 use crate::wording::Readable;
 use alloc::boxed::Box;
@@ -113,12 +115,12 @@ pub enum OptionError {
         value: f64,
     },
     /// A mass, an inertia or a rotation of the model is none, by its parameters or in the start state.
-    #[error("{premise}: {why}")]
+    #[error("{assumption}: {why}")]
     Unphysical {
         /// What it should be, and of which parameters and coordinates it is made.
-        premise: &'static Premise,
+        assumption: &'static Assumption,
         /// What it is instead.
-        why: Refuted,
+        why: AssumptionViolation,
     },
     /// A contact or sticking constraint cannot be what was asked for.
     #[error("{0}")]
@@ -224,12 +226,14 @@ impl OptionError {
         if let Some((name, value)) = parameter_not_finite(model) {
             return Err(Self::ParameterNotFinite { name, value });
         }
-        refuted(model, None).map_or(Ok(()), |(premise, why)| Err(Self::Unphysical { premise, why }))
+        violated_assumption(model, None)
+            .map_or(Ok(()), |(assumption, why)| Err(Self::Unphysical { assumption, why }))
     }
 
     /// Neither is one whose bodies or frames are none at the start.
     pub(crate) fn check_bodies<M: Dynamics>(model: &M, state: &M::State) -> Result<(), Self> {
-        refuted(model, Some(state)).map_or(Ok(()), |(premise, why)| Err(Self::Unphysical { premise, why }))
+        violated_assumption(model, Some(state))
+            .map_or(Ok(()), |(assumption, why)| Err(Self::Unphysical { assumption, why }))
     }
 }
 

@@ -14,7 +14,7 @@ use crate::integrate::{
     Accelerations, BranchHold, Phase, Scan, ScanError, StepNode, Switching as _, sample_position,
 };
 use crate::linalg::max_abs;
-use crate::model::{Branches, Constraints, Kink, Known, MOST_KINKS, ModelState, Vector};
+use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, StaticTraits, Vector};
 use crate::simulate::right_hand_side::{EvaluationError, RightHandSide};
 
 /// Part of a step at which its branches are determined. Not at its start: that may lie a rounding error

@@ -10,17 +10,17 @@ use crate::integrate::{
     Switching, Tolerances, by_state, one_by_one, zip,
 };
 use crate::lanes::Lanes;
-use crate::model::{Branches, Constraints, Expansion, Known, ModelState, Vector};
+use crate::model::{Branches, Constraints, Expansion, ModelState, StaticTraits, Vector};
 use crate::simulate::right_hand_side::{EvaluationError, NEARLY_SINGULAR_CONDITION, RightHandSide};
 
 impl<M: Constraints> Accelerations<M::Vector> for RightHandSide<'_, '_, M> {
     type Error = EvaluationError;
-    const IS_UNCONSTRAINED: bool = M::IS_FREE;
+    const IS_UNCONSTRAINED: bool = M::IS_UNCONSTRAINED;
     const IS_SMOOTH: bool = M::IS_SMOOTH;
 
     #[inline(always)]
     fn accelerations(&mut self, t: f64, q: &M::Vector, u: &M::Vector) -> Result<M::Vector, EvaluationError> {
-        if M::IS_FREE {
+        if M::IS_UNCONSTRAINED {
             let state = self.stage(t, &Phase { q: *q, u: *u })?;
             self.notify_listener(&state);
             self.accelerations_of(&state)
@@ -44,7 +44,7 @@ impl<M: Constraints> Accelerations<M::Vector> for RightHandSide<'_, '_, M> {
     /// q̇ is the velocity of the projected stage at which the accelerations are evaluated.
     #[inline(always)]
     fn derivative(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<Phase<M::Vector>, EvaluationError> {
-        if M::IS_FREE {
+        if M::IS_UNCONSTRAINED {
             let state = self.stage(t, y)?;
             self.notify_listener(&state);
             Ok(Phase { q: *state.u(), u: self.accelerations_of(&state)? })
@@ -69,7 +69,7 @@ impl<M: Constraints> Accelerations<M::Vector> for RightHandSide<'_, '_, M> {
 
     #[inline(always)]
     fn begin_attempt(&mut self, start: &mut StepNode<M::Vector>, h: f64) -> Result<(), EvaluationError> {
-        if M::IS_FREE || !self.stabilization.has_tied_gains() {
+        if M::IS_UNCONSTRAINED || !self.stabilization.has_tied_gains() {
             return Ok(());
         }
         self.apply_tied_gains(start, h)
@@ -92,7 +92,7 @@ impl<M: Constraints> Accelerations<M::Vector> for RightHandSide<'_, '_, M> {
 impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
     #[inline(always)]
     fn has_constraints(&self) -> bool {
-        M::IS_HELD
+        M::IS_CONSTRAINED
     }
 
     #[cold]
@@ -106,12 +106,12 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
 
     #[inline(always)]
     fn needs_projection(&self) -> bool {
-        M::IS_HELD && self.stabilization.projects()
+        M::IS_CONSTRAINED && self.stabilization.projects()
     }
 
     #[inline(always)]
     fn project_stages(&mut self, on: bool, tolerances: &Tolerances) -> bool {
-        M::IS_HELD && self.stabilization.switch_stage_projection(on, tolerances)
+        M::IS_CONSTRAINED && self.stabilization.switch_stage_projection(on, tolerances)
     }
 
     fn error_after_projection(
@@ -120,7 +120,7 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
         y: &Phase<M::Vector>,
         error: &Phase<M::Vector>,
     ) -> Result<Option<Phase<M::Vector>>, EvaluationError> {
-        if M::IS_FREE || !self.stabilization.projects() {
+        if M::IS_UNCONSTRAINED || !self.stabilization.projects() {
             return Ok(None);
         }
         let state = self.on_branches(&self.state(t, &y.q, &y.u));
@@ -137,7 +137,7 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
         y: &mut Phase<M::Vector>,
         tolerances: &Tolerances,
     ) -> Result<Option<ProjectedEnd>, EvaluationError> {
-        if M::IS_FREE || !self.stabilization.projects() {
+        if M::IS_UNCONSTRAINED || !self.stabilization.projects() {
             return Ok(None);
         }
         self.project_end(t, y, tolerances).map(Some)
@@ -149,7 +149,7 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
         h: f64,
         q: &mut M::Vector,
     ) -> Result<(), EvaluationError> {
-        if M::IS_FREE {
+        if M::IS_UNCONSTRAINED {
             return Ok(());
         }
         let from = self.on_branches(&self.state(start.t, &start.y.q, &start.y.u));
@@ -169,7 +169,7 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
         v: &M::Vector,
         holonomic: bool,
     ) -> Result<M::Vector, EvaluationError> {
-        if M::IS_FREE {
+        if M::IS_UNCONSTRAINED {
             return Ok(M::Vector::zeros());
         }
         let state = self.on_branches(&self.state(t, &y.q, &y.u));
@@ -183,7 +183,7 @@ impl<M: Constraints> Stabilized<M::Vector> for RightHandSide<'_, '_, M> {
         y: &Phase<M::Vector>,
         rate: f64,
     ) -> Result<M::Vector, EvaluationError> {
-        if M::IS_FREE {
+        if M::IS_UNCONSTRAINED {
             return Ok(M::Vector::zeros());
         }
         let state = self.on_branches(&self.state(t, &y.q, &y.u));
@@ -238,7 +238,7 @@ impl<M: Constraints> Canonical<M::Vector> for RightHandSide<'_, '_, M> {
         p: &mut M::Vector,
         rate: &mut M::Vector,
     ) -> Result<bool, EvaluationError> {
-        if M::IS_HELD {
+        if M::IS_CONSTRAINED {
             return Ok(false);
         }
         let state = self.stage(t, y)?;
@@ -271,7 +271,7 @@ impl<M: Constraints> Expandable<M::Vector> for RightHandSide<'_, '_, M> {
         y: &Phase<M::Vector>,
     ) -> Result<M::Vector, EvaluationError> {
         // A held branch may not exist there: see `accelerations_of`.
-        if self.law.is_some() || M::IS_HELD || self.held_branches != Branches::FREE {
+        if self.law.is_some() || M::IS_CONSTRAINED || self.held_branches != Branches::FREE {
             return self.accelerations(t, &y.q, &y.u);
         }
         self.evaluations += 1;

@@ -20,7 +20,7 @@ use crate::constrain::active_set::{active_rows, holds};
 use crate::constrain::nearby::at_time;
 use crate::integrate::{Crossing, Direction, Phase, Step, StepNode, zip};
 use crate::linalg::max_abs;
-use crate::model::{Branches, Constraint, Known, ModelState, SimulationModel, Vector};
+use crate::model::{Branches, Constraint, ModelState, SimulationModel, StaticTraits, Vector};
 use crate::simulate::events::action::EventAction;
 use crate::simulate::events::contact_corner;
 use crate::simulate::events::rules::Flow;
@@ -86,7 +86,7 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
     /// An error where the motion rests in a corner of a constraint without a rule. Its steps would return to
     /// the corner, ever shorter, or leave it to an undetermined side.
     pub(crate) fn find_rest_in_corner(&mut self) -> Option<Kind> {
-        if !M::HAS_KINKS || M::IS_FREE {
+        if !M::HAS_KINKS || M::IS_UNCONSTRAINED {
             return None;
         }
         let now = self.current_state();
@@ -95,7 +95,7 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
         let RunPlan { rhs, locator, .. } = &mut *self.plan;
         let has_rule =
             |row: &usize| locator.unilaterals().any(|(_, unilateral)| unilateral.constraint.first == *row);
-        let rows = active_rows::<M>(now.modes(), true).filter(|row| !has_rule(row));
+        let rows = active_rows::<M>(now.active_set(), true).filter(|row| !has_rule(row));
         let stabilization = (rhs.constants, &mut rhs.stabilization);
         let (row, leads_away) = contact_corner::rests_in(rhs.model, stabilization, [&now, &later], rows)?;
         Some(Kind::RestsInCorner { row: M::ROWS[row].name, leads_away })
@@ -137,11 +137,11 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
 
     /// Whether a constraint has a rule for corners now: a closed contact, or any that sticks and slips.
     fn has_corner_rules(&self) -> bool {
-        let modes = self.plan.rhs.modes;
+        let active_set = self.plan.rhs.active_set;
         self.plan
             .locator
             .unilaterals()
-            .any(|(_, unilateral)| !unilateral.is_contact() || unilateral.holds_in(modes))
+            .any(|(_, unilateral)| !unilateral.is_contact() || unilateral.holds_in(active_set))
     }
 
     /// Whether a constraint with a rule differs between the branches at the start and at the end of a step.
@@ -279,7 +279,7 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
             let Some((index, unilateral)) =
                 locator.unilaterals().find(|(_, unilateral)| unilateral.constraint.first == row)
             else {
-                if holds::<M>(now.modes(), row) {
+                if holds::<M>(now.active_set(), row) {
                     return None;
                 }
                 continue;

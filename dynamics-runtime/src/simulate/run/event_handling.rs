@@ -10,7 +10,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use crate::integrate::{Crossing, Direction, Phase};
-use crate::model::{Known, ModelState, SimulationModel, Vector};
+use crate::model::{ModelState, SimulationModel, StaticTraits, Vector};
 use crate::simulate::events::action::EventAction;
 use crate::simulate::events::rules::Flow;
 use crate::simulate::events::slip_direction;
@@ -100,19 +100,25 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
     ) -> Result<(), Kind> {
         let RunPlan { rhs, locator, .. } = &mut *self.plan;
         for (_, unilateral) in locator.unilaterals() {
-            unilateral.align_slip_side(from.modes(), rhs.model, after, &mut rhs.stabilization);
+            unilateral.align_slip_side(from.active_set(), rhs.model, after, &mut rhs.stabilization);
         }
         if M::IS_UNSWITCHED {
             // Nothing slips.
         } else if from != after {
             for slipping in slip_direction::without_rule::<M>(
-                after.modes(),
+                after.active_set(),
                 locator.unilaterals().map(|(_, unilateral)| unilateral),
             ) {
-                slip_direction::align_side(rhs.model, &mut rhs.stabilization, slipping, from.modes(), after);
+                slip_direction::align_side(
+                    rhs.model,
+                    &mut rhs.stabilization,
+                    slipping,
+                    from.active_set(),
+                    after,
+                );
             }
         }
-        if M::IS_FREE {
+        if M::IS_UNCONSTRAINED {
             // There are no constraints.
         } else if from != after {
             let placed = rhs.stabilization.ensure_consistent_after_action(rhs.model, from, after);
@@ -155,9 +161,9 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
         self.after_step(sink, true)?;
         self.monitors.restart();
         let RunPlan { rhs, end, .. } = &mut *self.plan;
-        let last_record = Record::new(self.stepper.now(), rhs.held_inputs, rhs.modes);
+        let last_record = Record::new(self.stepper.now(), rhs.held_inputs, rhs.active_set);
         update_held_inputs(&mut rhs.held_inputs, before.inputs(), after.inputs());
-        rhs.modes = after.modes();
+        rhs.active_set = after.active_set();
         let y = Phase { q: *after.q(), u: *after.u() };
         self.stepper.restart(rhs, before.t(), y, *end).map_err(RunFailure::of_step::<M>)?;
         sink.end_segment(last_record);

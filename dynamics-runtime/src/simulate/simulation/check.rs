@@ -11,7 +11,7 @@ use alloc::vec::Vec;
 
 use crate::integrate::choice::{Dop853, Rk4, Suits, Tsit5, Verner9};
 use crate::integrate::{Direction, StepOptions, Tolerances};
-use crate::model::{Constraints, Expansion, Known, ModelState, Route, Vector};
+use crate::model::{Constraints, Expansion, ModelState, SolverKind, StaticTraits, Vector};
 use crate::simulate::erased_method::SharedMethod;
 use crate::simulate::events::rules::{Action, Rule};
 use crate::simulate::events::unilateral::{UnilateralConstraint, UnilateralConstraints};
@@ -144,8 +144,8 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             (None, None) if loosest > LOOSE_TOLERANCE => {
                 chosen(Arc::new(Tsit5), format!("because tolerance {loosest:e} asks for few digits"))
             }
-            // `IS_FREE` is a constant, so that models with constraints contain no code of this method.
-            (None, None) if M::IS_FREE && loosest < VERNER_TOLERANCE => {
+            // `IS_UNCONSTRAINED` is a constant, so that models with constraints contain no code of this method.
+            (None, None) if M::IS_UNCONSTRAINED && loosest < VERNER_TOLERANCE => {
                 chosen(Arc::new(Verner9), format!("because its long steps win at tolerance {loosest:e}"))
             }
             (None, None) => {
@@ -180,7 +180,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
 
     /// Refuses structure-preserving methods for models whose structure they would not preserve.
     fn check_suits(&self, method: &SharedMethod<M>) -> Result<(), OptionError> {
-        let option = method.option(M::IS_HELD);
+        let option = method.option(M::IS_CONSTRAINED);
         let (suits, method) = (method.suits(), method.method());
         if let Some((option, value, false, admissible)) = option {
             return Err(OptionError::MethodNumber { method, option, value, admissible });
@@ -189,7 +189,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             return Ok(());
         }
         let unsuited = |reason, remedy| Err(OptionError::Unsuited { method, reason, remedy });
-        let constrained = M::IS_HELD;
+        let constrained = M::IS_CONSTRAINED;
         let projects = matches!(suits, Suits::SeparableHolonomic | Suits::Projected);
         if constrained && !projects {
             return unsuited(
@@ -396,7 +396,7 @@ fn check_number(
 fn choose_formulation<M: Constraints>(
     asked: Option<Formulation>,
 ) -> Result<Option<(Formulation, String)>, OptionError> {
-    if M::IS_FREE {
+    if M::IS_UNCONSTRAINED {
         return match asked {
             Some(_) => Err(OptionError::NothingToHold),
             None => Ok(None),
@@ -409,10 +409,10 @@ fn choose_formulation<M: Constraints>(
             }
         }
     }
-    let route = match M::ROUTE {
-        Route::Unconstrained => String::new(),
-        Route::Unrolled { elimination } => format!("; {elimination}"),
-        Route::General { reason } => format!("; general solver, as {reason}"),
+    let route = match M::SOLVER {
+        SolverKind::Unconstrained => String::new(),
+        SolverKind::Unrolled { elimination } => format!("; {elimination}"),
+        SolverKind::General { reason } => format!("; general solver, as {reason}"),
     };
     Ok(Some(match asked {
         Some(formulation) => (formulation, format!("as asked for{route}")),

@@ -14,7 +14,7 @@ use crate::constrain::solve_general;
 use crate::error::{SingularMassMatrix, SolveError};
 use crate::integrate::StepOptions;
 use crate::integrate::choice::Radau5;
-use crate::model::{Branches, Known, ModelState, SimulationModel, Vector};
+use crate::model::{Branches, ModelState, SimulationModel, StaticTraits, Vector};
 use crate::progress::Progress;
 use crate::simulate::diagnosis;
 use crate::simulate::erased_method::SharedMethod;
@@ -205,7 +205,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
     /// Refuses negative inertia at the start: generated code that eliminates constraints does not check the
     /// signs of its pivots.
     fn check_inertia(&self, workspace: &mut [f64]) -> Result<(), SimulationError<M>> {
-        if !M::KINETIC || M::IS_FREE {
+        if !M::KINETIC || M::IS_UNCONSTRAINED {
             return Ok(());
         }
         let start = with_inputs::<M>(self.law.as_ref(), self.start);
@@ -237,7 +237,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         let run = (self.start.t(), checked.end);
         let mut stabilization = Stabilization::new(formulation, self.drift_limit, self.constants()?, run);
         for unilateral in &checked.unilaterals {
-            unilateral.align_slip_side(start.modes(), self.model, &mut start, &mut stabilization);
+            unilateral.align_slip_side(start.active_set(), self.model, &mut start, &mut stabilization);
         }
         match stabilization.ensure_consistent_start(self.model, &mut start) {
             Ok(()) => {
@@ -285,7 +285,7 @@ impl<'r, 'm, M: SimulationModel> RunSetup<'r, 'm, M> {
             constants: self.constants,
             law: self.law,
             held_inputs: *start.inputs(),
-            modes: start.modes(),
+            active_set: start.active_set(),
             evaluations: 0,
             held_branches: Branches::FREE,
             acceleration_branches: Branches::FREE,

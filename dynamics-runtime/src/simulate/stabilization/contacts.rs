@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 use crate::constrain;
 use crate::constrain::assemble::size_along;
 use crate::error::SolveError;
-use crate::model::{Constraint, Constraints, ModelState, Modes, Vector};
+use crate::model::{ActiveSet, Constraint, Constraints, ModelState, Vector};
 use crate::simulate::options::contact::Contact;
 use crate::simulate::stabilization::{Distances, Stabilization};
 
@@ -41,7 +41,7 @@ impl<M: Constraints> Stabilization<M> {
         &mut self,
         model: &M,
         state: &mut M::State,
-        modes: Modes,
+        active_set: ActiveSet,
     ) -> Result<Vec<usize>, SolveError> {
         if self.contacts.is_empty() {
             return Ok(Vec::new());
@@ -54,7 +54,7 @@ impl<M: Constraints> Stabilization<M> {
             let size = || size_along(model, state.q().as_slice(), distances.gradients.row(first));
             let is_touching =
                 residual[first] <= 0.0 || distances.distance(first, residual[first]) <= TOUCHING_GAP * size();
-            switched.is_some_and(|switch| modes.holds(switch)) || is_touching
+            switched.is_some_and(|switch| active_set.holds(switch)) || is_touching
         };
         Ok(self.contacts.iter().map(|contact| contact.constraint).filter(|at| touches(*at)).collect())
     }

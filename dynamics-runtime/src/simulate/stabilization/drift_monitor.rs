@@ -21,7 +21,7 @@ use crate::constrain::assemble::{least_size, size_along, weigh};
 use crate::error::SolveError;
 use crate::linalg::{max_abs, norm};
 use crate::math;
-use crate::model::{Constraints, ModelState, Modes, Vector};
+use crate::model::{ActiveSet, Constraints, ModelState, Vector};
 use crate::simulate::stabilization::adaptive_gain::DriftInfluence;
 use crate::simulate::stabilization::near_singular::{DriftProbe, MAX_DRIFT_INFLUENCE, ProbedState};
 use crate::simulate::stabilization::{Distances, Stabilization};
@@ -73,7 +73,7 @@ pub(crate) enum DriftVerdict {
 /// Result of a full inspection, by which the steps that follow are judged.
 #[derive(Clone, Copy)]
 pub(crate) struct DriftInspection<R> {
-    modes: Modes,
+    active_set: ActiveSet,
     /// Lengths of the gradients.
     lengths: R,
     /// See [`DriftProbe::reference_lengths`].
@@ -135,7 +135,7 @@ impl<M: Constraints> Stabilization<M> {
         h: f64,
     ) -> Result<DriftVerdict, SolveError> {
         let residuals = (model.residual(state), model.velocity_residual(state));
-        let last = self.last_inspection.filter(|last| last.modes == state.modes());
+        let last = self.last_inspection.filter(|last| last.active_set == state.active_set());
         let last = last.and_then(|last| {
             Some((last, self.drift_correction(model, state, h, &residuals, &last.reference_lengths)?))
         });
@@ -167,7 +167,7 @@ impl<M: Constraints> Stabilization<M> {
     ) -> Option<DriftCorrection> {
         let rounding = f64::EPSILON * (1.0 + max_abs(state.q().as_slice()));
         let (mut right, mut largest) = (M::Rows::zeros(), 0.0);
-        for row in active_rows::<M>(state.modes(), false) {
+        for row in active_rows::<M>(state.active_set(), false) {
             let position = if row < M::Residual::LEN { position[row] } else { 0.0 };
             let violation = position.abs() + (h * velocity[row]).abs() + rounding * reference_lengths[row];
             right[row] = violation.copysign(position);
@@ -194,7 +194,7 @@ impl<M: Constraints> Stabilization<M> {
         let distances = Distances::of(model, state, &mut self.workspace);
         (0..M::Rows::LEN).for_each(|row| here.lengths[row] = norm(distances.gradients.row(row)));
         let is_small = |row: usize, residual: f64| residual.abs() <= limit * least * here.lengths[row];
-        let mut rows = active_rows::<M>(state.modes(), false);
+        let mut rows = active_rows::<M>(state.active_set(), false);
         let all_small = rows.all(|row| {
             (row >= M::Residual::LEN || is_small(row, residuals.0[row])) && is_small(row, residuals.1[row])
         });
@@ -223,7 +223,7 @@ impl<M: Constraints> Stabilization<M> {
         // At rest only a part of the influence is seen, so nothing is predicted from it.
         let correction = correction.filter(|_| max_abs(state.u().as_slice()) > 0.0);
         self.last_inspection = correction.map(|DriftCorrection { amplified, .. }| DriftInspection {
-            modes: state.modes(),
+            active_set: state.active_set(),
             lengths: here.lengths,
             reference_lengths,
             influence,
@@ -244,7 +244,7 @@ impl<M: Constraints> Stabilization<M> {
     #[cold]
     fn shortening(&mut self, model: &M, state: &M::State, reference_lengths: &M::Rows) -> f64 {
         let gradients = Gradients::alone(model, state, &mut self.workspace);
-        let rows = active_rows::<M>(state.modes(), false);
+        let rows = active_rows::<M>(state.active_set(), false);
         rows.map(|row| reference_lengths[row] / norm(gradients.row(row))).fold(1.0, math::max)
     }
 }
@@ -269,7 +269,7 @@ fn find_drifted<M: Constraints>(
         let is_permitted = distance <= limit;
         (!is_permitted).then_some(Drifted { what, row: M::ROWS[row].name, residual, distance, limit })
     };
-    active_rows::<M>(state.modes(), false).find_map(|row| {
+    active_rows::<M>(state.active_set(), false).find_map(|row| {
         let position = (row < M::Residual::LEN).then(|| position[row]);
         position
             .and_then(|position| drifted("positions", row, position, state.q()))
@@ -289,7 +289,7 @@ mod tests {
     #[test]
     fn predictions_are_trusted_as_they_are_confirmed() {
         let of = |steps, steps_left| DriftInspection {
-            modes: Modes::ALL_HOLD,
+            active_set: ActiveSet::ALL_HOLD,
             lengths: R::new(1.0, 1.0),
             reference_lengths: R::new(1.0, 5.0),
             influence: 2e-9,

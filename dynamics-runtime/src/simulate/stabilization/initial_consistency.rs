@@ -10,7 +10,7 @@ use crate::constrain::active_set::active_rows;
 use crate::constrain::assemble::{CONSISTENT, ViolationScale, check_active_constraints};
 use crate::error::{SolveError, StateError};
 use crate::linalg::max_abs;
-use crate::model::{Constraints, Known, ModelState, Vector};
+use crate::model::{Constraints, ModelState, StaticTraits, Vector};
 use crate::simulate::stabilization::{Distances, Stabilization};
 
 impl<M: Constraints> Stabilization<M> {
@@ -20,7 +20,7 @@ impl<M: Constraints> Stabilization<M> {
         model: &M,
         state: &mut M::State,
     ) -> Result<(), ConsistencyError> {
-        if M::IS_FREE {
+        if M::IS_UNCONSTRAINED {
             return Ok(());
         }
         self.check_and_project(model, state, ViolationScale::RowSize)?;
@@ -61,7 +61,7 @@ impl<M: Constraints> Stabilization<M> {
     /// Refuses a state that violates a row by more than a start may, and by more than twice its violation
     /// before the action, if the row held then.
     fn check_not_worse(&mut self, model: &M, before: &M::State, state: &M::State) -> Result<(), StateError> {
-        let held = before.modes();
+        let held = before.active_set();
         let distances = |stabilization: &mut Self, state: &M::State, row: usize| {
             let (velocity, of) =
                 (model.velocity_residual(state), Distances::of(model, state, &mut stabilization.workspace));
@@ -69,7 +69,7 @@ impl<M: Constraints> Stabilization<M> {
             [(position, of.distance(row, position)), (velocity[row], of.distance(row, velocity[row]))]
         };
         let sizes = [state.q(), state.u()].map(|values| CONSISTENT * (1.0 + max_abs(values.as_slice())));
-        for row in active_rows::<M>(state.modes(), false) {
+        for row in active_rows::<M>(state.active_set(), false) {
             let held_before = active_rows::<M>(held, false).any(|known| known == row);
             let distances_before = if held_before {
                 distances(self, before, row).map(|(_, distance)| distance)

@@ -113,7 +113,7 @@ impl<'p, M: Constraints> DriftProbe<'p, M> {
     /// factor · Φ_q⁺ of values of the holonomic rows.
     fn correction(&mut self, values: &M::Residual, factor: f64) -> Result<M::Vector, SolveError> {
         let mut right = M::Rows::zeros();
-        for row in active_rows::<M>(self.state.modes(), true) {
+        for row in active_rows::<M>(self.state.active_set(), true) {
             right[row] = factor * values[row];
         }
         constrain::correct(self.model, self.constants, self.state, &right, self.workspace)

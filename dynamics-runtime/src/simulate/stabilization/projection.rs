@@ -10,7 +10,7 @@
 use crate::error::SolveError;
 use crate::integrate::Tolerances;
 use crate::linalg::max_abs;
-use crate::model::{Constraints, ModelState, Route, Vector};
+use crate::model::{Constraints, ModelState, SolverKind, Vector};
 use crate::simulate::options::formulation::Formulation;
 use crate::simulate::stabilization::Stabilization;
 use crate::{constrain, math};
@@ -59,7 +59,7 @@ impl<M: Constraints> Stabilization<M> {
     fn project_state(&mut self, model: &M, state: &mut M::State) -> Result<f64, SolveError> {
         let positions = constrain::project_positions(model, &self.constants, state, &mut self.workspace)?;
         let velocities = constrain::project_velocities(model, &self.constants, state, &mut self.workspace)?;
-        let has_generated_partition = self.embeds() && matches!(M::ROUTE, Route::Unrolled { .. });
+        let has_generated_partition = self.embeds() && matches!(M::SOLVER, SolverKind::Unrolled { .. });
         self.counts.repartitions +=
             u64::from(has_generated_partition && positions.general + velocities.general > 0);
         Ok(positions.sensitivity.max(velocities.sensitivity))

@@ -12,7 +12,7 @@ use dynamics_view::suggest;
 use crate::constrain;
 use crate::integrate::{Accelerations as _, Dense as _, Hermite, Method, Phase, Step, StepNode};
 use crate::linalg::max_abs;
-use crate::model::{Branches, Known, Model, ModelState, SimulationModel, Vector};
+use crate::model::{Branches, Model, ModelState, SimulationModel, StaticTraits, Vector};
 use crate::simulate::erased_method::{Interpolant, StepReplay};
 use crate::simulate::failure::MotionError;
 use crate::simulate::options::formulation::Formulation;
@@ -154,7 +154,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     /// Time jets of the coordinates at a state of the motion, with the multipliers of its constraints.
     #[must_use]
     pub fn coordinates_of(&self, state: &M::State) -> M::Coordinates {
-        if M::IS_FREE {
+        if M::IS_UNCONSTRAINED {
             return M::coordinates_with(state, &self.accelerations_of(state), &[]);
         }
         match constrain::solve_once(self.model, &self.constants, state) {
@@ -327,7 +327,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
             constants: &self.constants,
             law: self.law.as_ref(),
             held_inputs: *state.inputs(),
-            modes: state.modes(),
+            active_set: state.active_set(),
             evaluations: 0,
             held_branches: Branches::FREE,
             acceleration_branches: Branches::FREE,
@@ -387,7 +387,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
             Some(remade) if !rhs.interpolant_strays(&*remade, &step, tolerances) => remade,
             remade => self.interpolant_of_ends(&mut rhs, &step, remade),
         };
-        let projects = M::IS_HELD && rhs.projects_between(&*interpolant, &step, tolerances);
+        let projects = M::IS_CONSTRAINED && rhs.projects_between(&*interpolant, &step, tolerances);
         *replay =
             Some(ReplayState { step_replay, next: index + 1, memory: rhs.stabilization.into_workspace() });
         CachedInterpolant { index, interpolant, projects }
@@ -398,7 +398,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         let [here, next] = [0, 1].map(|i| &self.trajectory.records[index + i]);
         let methods = [0, 1]
             .map(|i| self.trajectory.erased_method_of(index + i).map(|erased_method| erased_method.method()));
-        next.h != 0.0 && here.state.modes() == next.state.modes() && methods[0] == methods[1]
+        next.h != 0.0 && here.state.active_set() == next.state.active_set() && methods[0] == methods[1]
     }
 
     /// The interpolant of a step by its ends alone. It is used where the step cannot be made again, as where
@@ -493,7 +493,7 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
             self.cached = Some(self.motion.interpolant(index, self.replay.as_mut().unwrap_or(&mut None)));
         }
         let (mut between, projected) = self.between(index, t);
-        if M::IS_FREE {
+        if M::IS_UNCONSTRAINED {
             // Without constraints the interpolant is exact enough.
         } else if !projected && let Some(y) = self.bridge_singularity(index, (t - state.t()) / h) {
             (*between.q_mut(), *between.u_mut()) = (y.q, y.u);
@@ -510,8 +510,8 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
         // A time before the start by rounding is the start.
         let y = interpolant.at(((t - state.t()) / h).max(0.0));
         let mut between = M::State::new(t, y.q, y.u, *state.inputs());
-        *between.modes_mut() = state.modes();
-        if !(trajectory.consistent || *projects) || M::IS_FREE {
+        *between.active_set_mut() = state.active_set();
+        if !(trajectory.consistent || *projects) || M::IS_UNCONSTRAINED {
             return (between, true);
         }
         let stabilization =
@@ -554,6 +554,13 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
             let (from, to) = (from?, to?);
             Some(Hermite::between(&from, &to, (b - a) * h).at((theta - a) / (b - a)))
         })
+    }
+}
+
+/// Its summary.
+impl<M: SimulationModel> core::fmt::Display for Motion<'_, M> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        core::fmt::Display::fmt(&self.summary(), f)
     }
 }
 

@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use core::time::Duration;
 
 use crate::integrate::{Direction, Phase, Step, StepFlags, StepNode, Tolerances};
-use crate::model::{Model, ModelState, Modes, Vector};
+use crate::model::{ActiveSet, Model, ModelState, Vector};
 use crate::simulate::erased_method::SharedMethod;
 use crate::simulate::events::action::Impact;
 use crate::simulate::options::formulation::Formulation;
@@ -39,9 +39,9 @@ impl<M: Model> Clone for Record<M> {
 impl<M: Model> Copy for Record<M> {}
 
 impl<M: Model> Record<M> {
-    pub(crate) fn new(knot: &StepNode<M::Vector>, held: M::Inputs, modes: Modes) -> Self {
+    pub(crate) fn new(knot: &StepNode<M::Vector>, held: M::Inputs, active_set: ActiveSet) -> Self {
         let mut state = M::State::new(knot.t, knot.y.q, knot.y.u, held);
-        *state.modes_mut() = modes;
+        *state.active_set_mut() = active_set;
         Self { state, accelerations: knot.a, h: 0.0, kept: StepFlags::default(), usual: None, pace: 0.0 }
     }
 
@@ -49,10 +49,10 @@ impl<M: Model> Record<M> {
     pub(crate) fn of(
         step: &Step<M::Vector>,
         held: M::Inputs,
-        modes: Modes,
+        active_set: ActiveSet,
         (usual, pace): (Option<f64>, f64),
     ) -> Self {
-        Self { h: step.h, kept: step.kept, usual, pace, ..Self::new(&step.start, held, modes) }
+        Self { h: step.h, kept: step.kept, usual, pace, ..Self::new(&step.start, held, active_set) }
     }
 
     /// A start where nothing could be evaluated.

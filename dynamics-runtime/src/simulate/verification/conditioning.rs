@@ -9,7 +9,7 @@ use crate::constrain::{TopContributors, with_workspace};
 use crate::golden_section::golden_section_maximum;
 use crate::integrate::Tolerances;
 use crate::linalg::max_abs;
-use crate::model::{Known, ModelState, SimulationModel, Vector};
+use crate::model::{ModelState, SimulationModel, StaticTraits, Vector};
 use crate::simulate::trajectory::motion::{Motion, Sampler};
 use crate::simulate::trajectory::record::Record;
 use crate::simulate::verification::singular_point_validation::missed_by;
@@ -80,7 +80,7 @@ impl<M: SimulationModel> Motion<'_, M> {
     /// Whether singular positions are searched: only with constraints and up to 32 coordinates, because it
     /// would cost more than the run.
     pub(crate) fn checks_singular_positions(&self) -> bool {
-        M::IS_HELD && M::COORDINATES.len() <= MOST_COORDINATES && self.is_repeatable()
+        M::IS_CONSTRAINED && M::COORDINATES.len() <= MOST_COORDINATES && self.is_repeatable()
     }
 
     /// Times and conditioning of the constraints at the quarters of the step that leaves a record.
@@ -99,7 +99,7 @@ impl<M: SimulationModel> Motion<'_, M> {
     /// The nearest approach to a singular position: of quarters of all steps, refined where the conditioning
     /// peaks between them.
     pub(crate) fn nearest(&self, conditions: &[(f64, f64)]) -> Option<NearestSingularPosition> {
-        if M::IS_FREE || conditions.is_empty() {
+        if M::IS_UNCONSTRAINED || conditions.is_empty() {
             return None;
         }
         let mut sampler = self.sampler();
@@ -144,11 +144,11 @@ impl<M: SimulationModel> Motion<'_, M> {
             with_workspace::<M, _>(|workspace| {
                 let mass = mass(self.model(), &state, workspace);
                 if last != mass {
-                    condition = mass_condition_number(M::COORDINATES.len(), mass, M::IS_HELD);
+                    condition = mass_condition_number(M::COORDINATES.len(), mass, M::IS_CONSTRAINED);
                     last = mass.to_vec();
                 }
             });
-            if M::IS_HELD && condition > CONSTRAINED_CONDITION {
+            if M::IS_CONSTRAINED && condition > CONSTRAINED_CONDITION {
                 constrained_condition_number(self.model(), &state)
             } else {
                 condition

@@ -4,7 +4,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use crate::constrain::active_set::active_rows;
-use crate::model::{Known, ModelState, SimulationModel, Vector};
+use crate::model::{ModelState, SimulationModel, StaticTraits, Vector};
 use crate::simulate::trajectory::motion::Motion;
 
 /// Drift of one row of the constraints over the accepted states at which it was active, in the row's own
@@ -27,7 +27,7 @@ impl<M: SimulationModel> Motion<'_, M> {
     /// The largest |Φ| and |Φ̇| of every row over the accepted states at which its constraint was active.
     #[must_use]
     pub fn constraint_drift(&self) -> Vec<ConstraintDrift> {
-        if M::IS_FREE {
+        if M::IS_UNCONSTRAINED {
             return Vec::new();
         }
         let start = self.start_time();
@@ -45,7 +45,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         for state in self.steps() {
             let (position, velocity) =
                 (self.model().residual(&state), self.model().velocity_residual(&state));
-            for row in active_rows::<M>(state.modes(), false) {
+            for row in active_rows::<M>(state.active_set(), false) {
                 let drift = &mut drifts[row];
                 let of_position = if row < M::Residual::LEN { position[row].abs() } else { 0.0 };
                 let of_velocity = velocity[row].abs();

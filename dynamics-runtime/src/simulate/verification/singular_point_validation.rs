@@ -49,7 +49,7 @@ pub(crate) fn missed_by<M: Constraints>(model: &M, state: &M::State) -> Option<f
         constraints.any(|one| one.redundant && (one.first..one.first + one.rows).contains(row))
     };
     let all: Vec<usize> =
-        active_rows::<M>(state.modes(), false).filter(|row| *row < M::Residual::LEN).collect();
+        active_rows::<M>(state.active_set(), false).filter(|row| *row < M::Residual::LEN).collect();
     let rows: Vec<usize> = all.iter().copied().filter(|row| !is_redundant(row)).collect();
     if rows.is_empty() || rows.len() > M::Vector::LEN {
         return None;

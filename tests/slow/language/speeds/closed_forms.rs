@@ -113,8 +113,8 @@ fn speeds_are_taken_where_they_are_shorter() {
     }
     // A few operations more, and no division by what moves.
     assert!(matches!(
-        Sleigh::ROUTE,
-        dynamics::model::Route::Unrolled { elimination: "the declared speeds lead" }
+        Sleigh::SOLVER,
+        dynamics::model::SolverKind::Unrolled { elimination: "the declared speeds lead" }
     ));
     assert!(
         Disk::REPORT.contains("coordinates, which takes no more work than the speeds"),
@@ -122,7 +122,7 @@ fn speeds_are_taken_where_they_are_shorter() {
         Disk::REPORT
     );
     assert!(matches!(
-        Satellite::ROUTE,
-        dynamics::model::Route::Unrolled { elimination: "the declared speeds lead" }
+        Satellite::SOLVER,
+        dynamics::model::SolverKind::Unrolled { elimination: "the declared speeds lead" }
     ));
 }

@@ -6,8 +6,8 @@ use std::f64::consts::TAU;
 use dynamics_runtime::constrain;
 use dynamics_runtime::error::{SingularMassMatrix, SolveError};
 use dynamics_runtime::model::{
-    Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, Outputs, Powers, Quantity, Route,
-    Solved, Terms,
+    Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, Outputs, Powers, Quantity, Solved,
+    SolverKind, Terms,
 };
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
 

@@ -56,7 +56,7 @@ fn an_end_that_rests_pushes_in_an_impact_and_does_not_pull() {
             let run = plank.simulate(start).until(1.0).tolerance(1e-11).formulation(formulation);
             let motion = run.contact("left", 0.0).contact("right", 0.0).run().unwrap();
             let event = &motion.events()[0];
-            assert_eq!((event.name.as_str(), event.before.modes.holds(0)), ("right contact", true));
+            assert_eq!((event.name.as_str(), event.before.active_set.holds(0)), ("right contact", true));
             assert!((event.before.u[1] + w).abs() < 1e-8);
             let impulse = |name| {
                 event.impacts.iter().find(|hit| hit.constraint == name).map(|hit| (hit.held, hit.impulse[0]))
@@ -70,14 +70,14 @@ fn an_end_that_rests_pushes_in_an_impact_and_does_not_pull() {
                     (event.after.u[0] - 0.6 * w).abs() < 1e-8 && (event.after.u[1] + 0.6 * w).abs() < 1e-8
                 );
                 assert!(
-                    !event.after.modes.holds(0)
-                        && event.after.modes.holds(1)
+                    !event.after.active_set.holds(0)
+                        && event.after.active_set.holds(1)
                         && (lost - expected * w).abs() < 1e-8
                 );
             } else {
                 let left = impulse("left").unwrap();
                 assert!(left.0 && (left.1 - 0.5 * (1.0 - j) * w).abs() < 1e-8, "{event:?}");
-                assert!((hit.1 - 0.5 * (1.0 + j) * w).abs() < 1e-8 && event.after.modes.all_hold());
+                assert!((hit.1 - 0.5 * (1.0 + j) * w).abs() < 1e-8 && event.after.active_set.all_hold());
                 assert!((lost - 0.5 * (1.0 + j) * w * w).abs() < 1e-8 && motion.end().u.amax() < 1e-9);
             }
             assert_eq!(
@@ -103,7 +103,7 @@ fn a_plank_that_rocks_comes_to_rest() {
     assert!(rates.len() == 15, "{rates:?}");
     assert!(rates.windows(2).all(|pair| (pair[1] / pair[0] - 0.6).abs() < 1e-5), "{rates:?}");
     let end = motion.end();
-    assert!(end.modes.all_hold() && end.q.amax() < 1e-12 && end.u.amax() < 1e-12, "{end:?}");
+    assert!(end.active_set.all_hold() && end.q.amax() < 1e-12 && end.u.amax() < 1e-12, "{end:?}");
     assert!((motion.summary().energy_lost - 9.81 * tilt.sin()).abs() < 1e-8);
 }
 
@@ -125,11 +125,11 @@ fn planks_come_to_rest_from_every_start() {
         }
         let (end, lost) = (motion.end(), motion.summary().energy_lost);
         assert!((plank.energy(&end) + lost - plank.energy(&start)).abs() < 1e-6, "{case}: {lost}");
-        if end.modes.all_hold() {
+        if end.active_set.all_hold() {
             assert!(end.q.amax() < 1e-12 && end.u.amax() < 1e-12, "{case}: {end:?}");
             rest += 1;
         }
-        assert!(end.modes.all_hold() || plank.energy(&end) < 0.1, "{case}: {end:?}");
+        assert!(end.active_set.all_hold() || plank.energy(&end) < 0.1, "{case}: {end:?}");
     }
     assert!(rest > 70, "{rest}");
 }
@@ -175,7 +175,7 @@ fn ends_that_hit_together_rebound_together() {
         let end = motion.end();
         assert!(end.q[1].abs() < 1e-9 && motion.verify().energy_drift < 1e-8, "{end:?}");
         if e < 1.0 {
-            assert!(end.modes.all_hold() && end.q[0].abs() < 1e-14 && end.u.amax() < 1e-12, "{end:?}");
+            assert!(end.active_set.all_hold() && end.q[0].abs() < 1e-14 && end.u.amax() < 1e-12, "{end:?}");
         } else {
             assert!((plank.energy(&end) - 9.81).abs() < 1e-7);
         }

@@ -33,7 +33,7 @@ use crate::constrain::TopContributors;
 use crate::integrate::{Dense, Hermite, Method, StepNode};
 use crate::linalg::norm;
 use crate::math;
-use crate::model::{Constraints, Known, ModelState, SimulationModel, Vector};
+use crate::model::{Constraints, ModelState, SimulationModel, StaticTraits, Vector};
 use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::right_hand_side::RightHandSide;
 use crate::simulate::run::monitor::{Advice, Monitor, Retreat, Watched};
@@ -138,7 +138,7 @@ impl<M: SimulationModel> Monitor<M> for BranchIdentification<M> {
         run: &mut Watched<'_, '_, '_, M>,
         ends: bool,
     ) -> Result<Advice, Retreat<M::Vector>> {
-        if M::IS_FREE || self.is_idle() {
+        if M::IS_UNCONSTRAINED || self.is_idle() {
             return Ok(Advice::Continue);
         }
         match self.after_node(&mut run.plan.rhs, run.stepper.now(), ends) {
@@ -160,7 +160,7 @@ impl<M: Constraints> BranchIdentification<M> {
     /// For a run that starts at a state.
     fn from(rhs: &mut RightHandSide<'_, '_, M>, start: &M::State) -> Self {
         let mut degenerates = DegenerateRowSet::none();
-        if M::IS_FREE {
+        if M::IS_UNCONSTRAINED {
             // No constraints: the code below is not compiled.
         } else if rhs.stabilization.projects() {
             degenerates.workspace = rhs.stabilization.lend_workspace();

@@ -10,7 +10,7 @@ use alloc::boxed::Box;
 use crate::constrain::rank_margin::{RankMargin, rank_margin};
 use crate::integrate::{Dense, Hermite, Method, Step};
 use crate::math;
-use crate::model::{Known, SimulationModel};
+use crate::model::{SimulationModel, StaticTraits};
 use crate::simulate::diagnosis::{self, RowDiscontinuity};
 use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::right_hand_side::NEARLY_SINGULAR_CONDITION;
@@ -36,7 +36,7 @@ impl<M: SimulationModel> Monitor<M> for DriftMonitor {
         run: &mut Watched<'_, '_, '_, M>,
         step: &Step<M::Vector>,
     ) -> Result<(), Objection> {
-        if M::IS_FREE || run.plan.rhs.stabilization.projects() {
+        if M::IS_UNCONSTRAINED || run.plan.rhs.stabilization.projects() {
             return Ok(());
         }
         check_drift(run, step).map_err(|kind| valid_up_to_corner(run, step, kind))

@@ -6,7 +6,7 @@
 use alloc::vec::Vec;
 
 use crate::integrate::{Method, Step};
-use crate::model::{Known, SimulationModel};
+use crate::model::{SimulationModel, StaticTraits};
 use crate::simulate::events::slip_direction::{self, SlipDirection, SlipReversal};
 use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::run::failure::evaluation;
@@ -26,12 +26,12 @@ impl<M: SimulationModel> Monitor<M> for SlipReversalMonitor {
         run: &mut Watched<'_, '_, '_, M>,
         step: &Step<M::Vector>,
     ) -> Result<(), Objection> {
-        if M::IS_UNSWITCHED || run.plan.rhs.modes.all_hold() {
+        if M::IS_UNSWITCHED || run.plan.rhs.active_set.all_hold() {
             return Ok(());
         }
         let plan = &mut *run.plan;
         let unilaterals = plan.locator.unilaterals().map(|(_, unilateral)| unilateral);
-        let without_rule = slip_direction::without_rule::<M>(plan.rhs.modes, unilaterals);
+        let without_rule = slip_direction::without_rule::<M>(plan.rhs.active_set, unilaterals);
         let rhs = &mut plan.rhs;
         let suspects = without_rule
             .filter_map(|slipping| Some((slipping, slip_direction::find_suspect(rhs, step, slipping)?)));

@@ -11,7 +11,7 @@ use alloc::vec::Vec;
 use crate::constrain::TopContributors;
 use crate::integrate::Method;
 use crate::math;
-use crate::model::{Known, SimulationModel, Vector};
+use crate::model::{SimulationModel, StaticTraits, Vector};
 use crate::simulate::erased_method::stepping::StepStatistics;
 use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::right_hand_side::RightHandSide;
@@ -71,7 +71,7 @@ pub(crate) fn steps_vanish<M: SimulationModel>(run: &mut Watched<'_, '_, '_, M>,
         TopContributors::ranked(M::COORDINATES, accelerations.as_slice().iter().copied().enumerate());
     let RightHandSide { model, constants, stabilization, .. } = &mut run.plan.rhs;
     let mut forces = Vec::new();
-    if M::IS_FREE {
+    if M::IS_UNCONSTRAINED {
         // There are no constraints.
     } else if let Ok(reactions) = stabilization.reactions(model, constants, &state) {
         let gradients = stabilization.gradients(model, &state);

@@ -186,7 +186,8 @@ impl<M: SimulationModel> StiffnessDetection<M> {
     /// the count of evaluations changes.
     fn trial_passes(&mut self, run: &mut Watched<'_, '_, '_, M>, h: f64) -> bool {
         let now = *run.stepper.now();
-        let RightHandSide { model, constants, law, held_inputs, modes, ref stabilization, .. } = run.plan.rhs;
+        let RightHandSide { model, constants, law, held_inputs, active_set, ref stabilization, .. } =
+            run.plan.rhs;
         let interval = (run.plan.start.t(), run.plan.end);
         let trials = self.trials.take();
         let (mut step_replay, workspace) =
@@ -205,7 +206,7 @@ impl<M: SimulationModel> StiffnessDetection<M> {
             constants,
             law,
             held_inputs,
-            modes,
+            active_set,
             evaluations: 0,
             held_branches: free,
             acceleration_branches: free,

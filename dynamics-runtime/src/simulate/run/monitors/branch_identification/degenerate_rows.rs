@@ -124,8 +124,8 @@ impl<M: Constraints> DegenerateRowSet<M> {
     /// Whether its constraints hold: released ones, as a slack rope, do not guide the motion.
     pub(crate) fn holds(&self, state: &M::State, degenerate: DegenerateRows) -> bool {
         match degenerate {
-            DegenerateRows::Row(row) => holds::<M>(state.modes(), row),
-            DegenerateRows::All => active_rows::<M>(state.modes(), true).nth(1).is_some(),
+            DegenerateRows::Row(row) => holds::<M>(state.active_set(), row),
+            DegenerateRows::All => active_rows::<M>(state.active_set(), true).nth(1).is_some(),
         }
     }
 
@@ -142,7 +142,7 @@ impl<M: Constraints> DegenerateRowSet<M> {
         };
         for degenerate in &self.all {
             if let (DegenerateRows::Row(row), Some(gradients)) = (*degenerate, &gradients)
-                && holds::<M>(state.modes(), row)
+                && holds::<M>(state.active_set(), row)
             {
                 lengths.rows[row] = length(gradients.row(row), self.weights.as_slice());
             }
@@ -172,7 +172,7 @@ impl<M: Constraints> DegenerateRowSet<M> {
             }
             DegenerateRows::All => {
                 let mut right = M::Rows::zeros();
-                active_rows::<M>(state.modes(), true).for_each(|row| right[row] = self.right[row]);
+                active_rows::<M>(state.active_set(), true).for_each(|row| right[row] = self.right[row]);
                 let Ok(delta) = constrain::correct(model, constants, state, &right, &mut self.workspace)
                 else {
                     return out;

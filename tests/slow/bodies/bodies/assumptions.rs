@@ -47,7 +47,7 @@ mod guessed_inertia {
 /// name of what it is made of, before anything moves.
 mod parameters {
     use dynamics::mass_properties::UnphysicalInertia;
-    use dynamics::model::{Claim, Refuted};
+    use dynamics::model::{AssumptionKind, AssumptionViolation};
     use dynamics::simulate::{OptionError, SimulationErrorKind};
 
     use super::*;
@@ -107,9 +107,9 @@ mod parameters {
     }
 
     /// What keeps a start from being made, and a run of a start that was made for another model.
-    fn refused(model: &Wheel) -> (Claim, Refuted, String) {
+    fn refused(model: &Wheel) -> (AssumptionKind, AssumptionViolation, String) {
         let error = model.state().angle(0.4).turned(0.3).build().expect_err("nothing has it");
-        let StateError::Unphysical { premise, why } = error else { panic!("{error}") };
+        let StateError::Unphysical { assumption, why } = error else { panic!("{error}") };
         let start = wheel().state().angle(0.4).turned(0.3).build().expect("a wheel");
         let run = model.simulate(start).until(1.0).run().expect_err("nothing has it");
         // By their words: what is not a number is not itself.
@@ -117,7 +117,7 @@ mod parameters {
             matches!(option, OptionError::Unphysical { .. }) && option.to_string() == error.to_string()
         };
         assert!(matches!(&run.kind, SimulationErrorKind::Option(option) if said(option)), "{run}");
-        (premise.claim, why, error.to_string())
+        (assumption.kind, why, error.to_string())
     }
 
     #[test]
@@ -141,9 +141,12 @@ mod parameters {
     fn what_no_body_has_is_named_before_it_moves() {
         let sheared = Mat3::from([[0.1, 0.02, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.2]]);
         let scaled = wheel().mount * 1.001;
-        let (claim, why, said) = refused(&Wheel { inertia: sheared, ..wheel() });
-        assert_eq!(claim, Claim::Inertia);
-        assert!(matches!(why, Refuted::Body(UnphysicalInertia::NotSymmetric { i: 0, j: 1, .. })), "{said}");
+        let (kind, why, said) = refused(&Wheel { inertia: sheared, ..wheel() });
+        assert_eq!(kind, AssumptionKind::Inertia);
+        assert!(
+            matches!(why, AssumptionViolation::Body(UnphysicalInertia::NotSymmetric { i: 0, j: 1, .. })),
+            "{said}"
+        );
         assert!(
             said.starts_with(
                 "the inertia of a body in `kinetic`, given by `inertia`: an inertia matrix is symmetric"
@@ -154,29 +157,33 @@ mod parameters {
             let (_, why, said) =
                 refused(&Wheel { inertia: Mat3::diagonal(inertia.0, inertia.1, inertia.2), ..wheel() });
             let named = match why {
-                Refuted::Body(UnphysicalInertia::NegativeMoment { .. }) => negative,
-                Refuted::Body(UnphysicalInertia::Triangle { .. }) => !negative,
+                AssumptionViolation::Body(UnphysicalInertia::NegativeMoment { .. }) => negative,
+                AssumptionViolation::Body(UnphysicalInertia::Triangle { .. }) => !negative,
                 _ => false,
             };
             assert!(named, "{said}");
         }
-        let (claim, why, said) = refused(&Wheel { moment: -0.3, ..wheel() });
-        assert_eq!((claim, why), (Claim::Moment, Refuted::Body(UnphysicalInertia::Moment(-0.3))), "{said}");
+        let (kind, why, said) = refused(&Wheel { moment: -0.3, ..wheel() });
+        assert_eq!(
+            (kind, why),
+            (AssumptionKind::Moment, AssumptionViolation::Body(UnphysicalInertia::Moment(-0.3))),
+            "{said}"
+        );
         assert!(said.contains("`of_the_plate`, given by `moment`"), "{said}");
-        let (claim, why, said) = refused(&Wheel { mount: scaled, ..wheel() });
-        assert_eq!(claim, Claim::Rotation);
+        let (kind, why, said) = refused(&Wheel { mount: scaled, ..wheel() });
+        assert_eq!(kind, AssumptionKind::Rotation);
         assert!(
             matches!(
                 why,
-                Refuted::Rotation(NotARotation::NotOrthonormal(by))
+                AssumptionViolation::Rotation(NotARotation::NotOrthonormal(by))
                 if (by - 2.001e-3).abs() < 1e-9
             ),
             "{said}"
         );
         assert!(said.contains("given by `mount`"), "{said}");
         for size in [0.0, 1e-200, 1e-160, 1e160, 1e200] {
-            let (claim, why, said) = refused(&Wheel { axis: Vec3::new(0.0, 0.6, 0.8) * size, ..wheel() });
-            assert!(claim == Claim::Axis && matches!(why, Refuted::Axis(_)), "{said}");
+            let (kind, why, said) = refused(&Wheel { axis: Vec3::new(0.0, 0.6, 0.8) * size, ..wheel() });
+            assert!(kind == AssumptionKind::Axis && matches!(why, AssumptionViolation::Axis(_)), "{said}");
             assert!(said.contains("the axis of a turn in `kinetic`, given by `axis`"), "{said}");
         }
     }
@@ -184,14 +191,17 @@ mod parameters {
     /// What the state decides is looked at where it begins.
     #[test]
     fn what_the_state_decides_is_looked_at_in_the_start() {
-        let (claim, why, said) = refused(&Wheel { skew: 0.1, ..wheel() });
-        assert!(claim == Claim::Rotation && matches!(why, Refuted::Rotation(_)), "{said}");
+        let (kind, why, said) = refused(&Wheel { skew: 0.1, ..wheel() });
+        assert!(
+            kind == AssumptionKind::Rotation && matches!(why, AssumptionViolation::Rotation(_)),
+            "{said}"
+        );
         assert!(said.contains("`turned`") && said.contains("`skew`"), "{said}");
         let model = wheel();
         let start = model.state().at_time(-20.0).build();
         let heavy = matches!(
             start,
-            Err(StateError::Unphysical { why: Refuted::Body(UnphysicalInertia::Mass(m)), .. })
+            Err(StateError::Unphysical { why: AssumptionViolation::Body(UnphysicalInertia::Mass(m)), .. })
             if m == -1.0
         );
         assert!(heavy, "{start:?}");
@@ -200,19 +210,21 @@ mod parameters {
     /// Inertia of solids is that of bodies, and turns by angles turn: nothing is asked of them at run time.
     #[test]
     fn what_is_so_as_it_is_written_is_not_asked_again() {
-        let asked: Vec<(Claim, &[&str], bool)> =
-            Wheel::PREMISES.iter().map(|p| (p.claim, p.of, p.constant)).collect();
-        let all: [(Claim, &[&str], bool); 6] = [
-            (Claim::Rotation, &["mount"], true),
-            (Claim::Axis, &["axis"], true),
-            (Claim::Rotation, &["turned", "skew"], false),
-            (Claim::Mass, &["growth"], false),
-            (Claim::Inertia, &["inertia"], true),
-            (Claim::Moment, &["moment"], true),
+        let asked: Vec<(AssumptionKind, &[&str], bool)> =
+            Wheel::ASSUMPTIONS.iter().map(|p| (p.kind, p.of, p.constant)).collect();
+        let all: [(AssumptionKind, &[&str], bool); 6] = [
+            (AssumptionKind::Rotation, &["mount"], true),
+            (AssumptionKind::Axis, &["axis"], true),
+            (AssumptionKind::Rotation, &["turned", "skew"], false),
+            (AssumptionKind::Mass, &["growth"], false),
+            (AssumptionKind::Inertia, &["inertia"], true),
+            (AssumptionKind::Moment, &["moment"], true),
         ];
         assert_eq!(asked, all);
         assert!(
-            Hinged::PREMISES.iter().all(|premise| premise.claim != Claim::Rotation || premise.of == ["axes"])
+            Hinged::ASSUMPTIONS
+                .iter()
+                .all(|assumption| assumption.kind != AssumptionKind::Rotation || assumption.of == ["axes"])
         );
     }
 }

@@ -9,9 +9,9 @@ use crate::matrix::Mat3;
 
 /// An assumption of the equations. If it does not hold, they are not those of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Premise {
+pub struct Assumption {
     /// What.
-    pub claim: Claim,
+    pub kind: AssumptionKind,
     /// The fields of the struct and the coordinates that the values are made of.
     pub of: &'static [&'static str],
     /// The function of the model in which.
@@ -23,7 +23,7 @@ pub struct Premise {
 /// What is taken for granted of some values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Claim {
+pub enum AssumptionKind {
     /// One value: a mass, not negative.
     Mass,
     /// One value: a moment of inertia about the normal of a plane, not negative.
@@ -41,9 +41,9 @@ pub enum Claim {
     Weld,
 }
 
-/// Why a premise does not hold.
+/// Why an assumption does not hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Refuted {
+pub enum AssumptionViolation {
     /// No body has such a mass or inertia.
     Body(UnphysicalInertia),
     /// The matrix is no rotation.
@@ -63,39 +63,43 @@ const STATE_DEFECT: f64 = 1e-5;
 /// is 1.66 rad away.
 const WELD_ANGLE: f64 = 1e-3;
 
-impl Premise {
+impl Assumption {
     /// Whether it holds for these values.
     ///
     /// # Errors
     /// Why it does not.
-    pub fn check(&self, values: &[f64]) -> Result<(), Refuted> {
+    pub fn check(&self, values: &[f64]) -> Result<(), AssumptionViolation> {
         let not_negative = |x: f64| x >= 0.0 && x.is_finite();
-        match (self.claim, values) {
-            (Claim::Mass, &[mass]) if !not_negative(mass) => {
-                Err(Refuted::Body(UnphysicalInertia::Mass(mass)))
+        match (self.kind, values) {
+            (AssumptionKind::Mass, &[mass]) if !not_negative(mass) => {
+                Err(AssumptionViolation::Body(UnphysicalInertia::Mass(mass)))
             }
-            (Claim::Moment, &[moment]) if !not_negative(moment) => {
-                Err(Refuted::Body(UnphysicalInertia::Moment(moment)))
+            (AssumptionKind::Moment, &[moment]) if !not_negative(moment) => {
+                Err(AssumptionViolation::Body(UnphysicalInertia::Moment(moment)))
             }
-            (Claim::Inertia, _) => {
+            (AssumptionKind::Inertia, _) => {
                 let body = MassProperties::new(1.0, matrix(values));
-                body.check().map_err(Refuted::Body)
+                body.check().map_err(AssumptionViolation::Body)
             }
-            (Claim::Rotation, _) => {
+            (AssumptionKind::Rotation, _) => {
                 let defect = matrix(values).orthonormal_defect();
                 let admissible = if self.constant { PARAMETER_DEFECT } else { STATE_DEFECT };
                 // NaN is not admissible.
                 if defect <= admissible {
                     Ok(())
                 } else {
-                    Err(Refuted::Rotation(NotARotation::NotOrthonormal(defect)))
+                    Err(AssumptionViolation::Rotation(NotARotation::NotOrthonormal(defect)))
                 }
             }
-            (Claim::Axis, &[x, y, z]) => {
+            (AssumptionKind::Axis, &[x, y, z]) => {
                 let length = sqrt(x * x + y * y + z * z);
-                if (length - 1.0).abs() <= PARAMETER_DEFECT { Ok(()) } else { Err(Refuted::Axis(length)) }
+                if (length - 1.0).abs() <= PARAMETER_DEFECT {
+                    Ok(())
+                } else {
+                    Err(AssumptionViolation::Axis(length))
+                }
             }
-            (Claim::Weld, _) => {
+            (AssumptionKind::Weld, _) => {
                 let (a, b) = values.split_at(values.len().min(9));
                 let (a, b) = (matrix(a), matrix(b));
                 // |R − 1| is √8 |sin θ/2| for a rotation by θ.
@@ -103,7 +107,7 @@ impl Premise {
                     (a.transpose() * b - Mat3::diagonal(1.0, 1.0, 1.0)).to_array().into_iter().flatten();
                 let half = sqrt(apart.map(|x| x * x).sum::<f64>() / 8.0).min(1.0);
                 let angle = 2.0 * atan2(half, sqrt(1.0 - half * half));
-                if angle <= WELD_ANGLE { Ok(()) } else { Err(Refuted::Turned(angle)) }
+                if angle <= WELD_ANGLE { Ok(()) } else { Err(AssumptionViolation::Turned(angle)) }
             }
             _ => Ok(()),
         }
@@ -116,15 +120,15 @@ fn matrix(values: &[f64]) -> Mat3<f64> {
 }
 
 /// `the inertia of a body in `kinetic`, made of `inertia``.
-impl fmt::Display for Premise {
+impl fmt::Display for Assumption {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let what = match self.claim {
-            Claim::Mass => "the mass of a body",
-            Claim::Moment => "the moment of inertia of a body",
-            Claim::Inertia => "the inertia of a body",
-            Claim::Rotation => "the rotation of a frame",
-            Claim::Axis => "the axis of a turn",
-            Claim::Weld => "the weld of two frames",
+        let what = match self.kind {
+            AssumptionKind::Mass => "the mass of a body",
+            AssumptionKind::Moment => "the moment of inertia of a body",
+            AssumptionKind::Inertia => "the inertia of a body",
+            AssumptionKind::Rotation => "the rotation of a frame",
+            AssumptionKind::Axis => "the axis of a turn",
+            AssumptionKind::Weld => "the weld of two frames",
         };
         write!(f, "{what} in `{}`", self.within)?;
         for (i, name) in self.of.iter().enumerate() {
@@ -134,7 +138,7 @@ impl fmt::Display for Premise {
     }
 }
 
-impl fmt::Display for Refuted {
+impl fmt::Display for AssumptionViolation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Body(why) => write!(f, "{why}"),

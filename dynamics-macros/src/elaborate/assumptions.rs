@@ -1,7 +1,7 @@
-//! Premises of the equations about bodies and frames: masses that are not negative, inertia that a body can
+//! Assumptions of the equations about bodies and frames: masses that are not negative, inertia that a body can
 //! have, matrices that rotate or mirror.
 //!
-//! Premises about numbers are checked here, at nominal values too. Those that hold for all values (rotations
+//! Assumptions about numbers are checked here, at nominal values too. Those that hold for all values (rotations
 //! by angles, Euler parameters with a norm constraint, inertia of solids) are not checked again. The rest is
 //! emitted for the runtime, which checks them at starts and names the values that they contain.
 
@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::rc::Rc;
 
 use dynamics_symbolic::graph::{Bindings, Dependence, FunctionId, Node, NodeId, Symbol};
-use dynamics_symbolic::mechanics::{Claim, Premise};
+use dynamics_symbolic::mechanics::{Assumption, AssumptionKind};
 use syn::Ident;
 
 use super::Elaborator;
@@ -20,18 +20,18 @@ use crate::diagnostics::Place;
 use crate::messages::{self, Message};
 use crate::syntax::Role;
 
-/// A premise before all constraints are read.
+/// An assumption before all constraints are read.
 #[derive(Clone, Debug)]
-pub(super) struct NotedPremise {
-    premise: Premise,
+pub(super) struct NotedAssumption {
+    assumption: Assumption,
     /// Euler parameters by whose norm it holds.
     by_norm: Option<[Scalar; 4]>,
 }
 
-/// Premises of bodies and frames, and the inertias of solids.
+/// Assumptions of bodies and frames, and the inertias of solids.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Premises {
-    noted: Vec<NotedPremise>,
+pub(super) struct Assumptions {
+    noted: Vec<NotedAssumption>,
     solids: BTreeSet<Vec<NodeId>>,
 }
 
@@ -51,7 +51,7 @@ const TRIALS: u64 = 4;
 
 impl Elaborator<'_> {
     /// What a call of the library takes for granted of its arguments.
-    pub(super) fn note_premises(
+    pub(super) fn note_assumptions(
         &mut self,
         record: &str,
         function: &Ident,
@@ -72,10 +72,10 @@ impl Elaborator<'_> {
             ("RigidBody" | "PlanarBody", name) if energetic.contains(&name) => {
                 let Some((Value::Record(body), place)) = arguments.first() else { return };
                 if let Value::Scalar(mass) = &body.fields[0] {
-                    self.note(Claim::Mass, vec![mass.node], *place);
+                    self.note(AssumptionKind::Mass, vec![mass.node], *place);
                 }
                 match &body.fields[2] {
-                    Value::Scalar(moment) => self.note(Claim::Moment, vec![moment.node], *place),
+                    Value::Scalar(moment) => self.note(AssumptionKind::Moment, vec![moment.node], *place),
                     Value::Matrix(inertia) => self.note_inertia(inertia, *place),
                     _ => {}
                 }
@@ -91,7 +91,7 @@ impl Elaborator<'_> {
                 };
                 let both: Vec<NodeId> = arguments.iter().flat_map(frame).collect();
                 if let (18, Some((_, place))) = (both.len(), arguments.last()) {
-                    self.note(Claim::Weld, both, *place);
+                    self.note(AssumptionKind::Weld, both, *place);
                 }
             }
             // Squares of lengths: with a mass that is one they are those of a body.
@@ -99,8 +99,8 @@ impl Elaborator<'_> {
                 if let (Value::Matrix(inertia), Some((Value::Scalar(mass), place))) =
                     (value, arguments.first())
                 {
-                    self.premises.solids.insert(nodes(inertia));
-                    self.note(Claim::Mass, vec![mass.node], *place);
+                    self.assumptions.solids.insert(nodes(inertia));
+                    self.note(AssumptionKind::Mass, vec![mass.node], *place);
                 }
             }
             _ => {}
@@ -110,8 +110,8 @@ impl Elaborator<'_> {
     /// What `rotational_energy` takes for granted of the inertia.
     pub(super) fn note_inertia(&mut self, inertia: &Rows, place: Place) {
         let nodes = nodes(inertia);
-        if self.frame().of.is_none() && !self.premises.solids.contains(&nodes) {
-            self.note(Claim::Inertia, nodes, place);
+        if self.frame().of.is_none() && !self.assumptions.solids.contains(&nodes) {
+            self.note(AssumptionKind::Inertia, nodes, place);
         }
     }
 
@@ -124,19 +124,19 @@ impl Elaborator<'_> {
 
     /// That an axis has been divided by its length.
     pub(super) fn note_axis(&mut self, unit: &[Scalar; 3], place: Place) {
-        self.note(Claim::Axis, unit.iter().map(|x| x.node).collect(), place);
+        self.note(AssumptionKind::Axis, unit.iter().map(|x| x.node).collect(), place);
     }
 
     fn note_rotation(&mut self, rotation: &Rc<Rows>, place: Place) {
         let Some(turns) = self.turns(rotation) else {
-            return self.note(Claim::Rotation, nodes(rotation), place);
+            return self.note(AssumptionKind::Rotation, nodes(rotation), place);
         };
         for turn in turns.iter() {
             if !turn.is_by_angle() {
-                self.note(Claim::Rotation, nodes(turn.rows()), place);
+                self.note(AssumptionKind::Rotation, nodes(turn.rows()), place);
                 // Whether a constraint holds their norm is known when all are elaborated.
                 if let Some(noted) =
-                    self.premises.noted.iter_mut().find(|n| n.premise.nodes == nodes(turn.rows()))
+                    self.assumptions.noted.iter_mut().find(|n| n.assumption.nodes == nodes(turn.rows()))
                 {
                     noted.by_norm = turn.euler_parameters().cloned();
                 }
@@ -144,15 +144,15 @@ impl Elaborator<'_> {
         }
     }
 
-    fn note(&mut self, claim: Claim, nodes: Vec<NodeId>, place: Place) {
+    fn note(&mut self, kind: AssumptionKind, nodes: Vec<NodeId>, place: Place) {
         let graph = &self.model.graph;
         let depends = nodes.iter().fold(Dependence::NONE, |all, node| all.with(graph.dependence(*node)));
         let unknown = Dependence::INPUTS.with(Dependence::RATES).with(Dependence::ACCELERATIONS);
         let known = self
-            .premises
+            .assumptions
             .noted
             .iter()
-            .any(|noted| noted.premise.nodes == nodes && noted.premise.claim == claim);
+            .any(|noted| noted.assumption.nodes == nodes && noted.assumption.kind == kind);
         if known || depends.on(unknown.with(Dependence::MULTIPLIERS)) {
             return;
         }
@@ -161,8 +161,8 @@ impl Elaborator<'_> {
             function.map(|index| self.implementation.functions[index].name.to_string()).unwrap_or_default();
         let constant = depends.within(Dependence::PARAMETERS);
         let origin = self.origins.add(self.diagnostics.shown_at(place));
-        let premise = Premise { claim, of: self.made_of(&nodes), nodes, within, constant, origin };
-        self.premises.noted.push(NotedPremise { premise, by_norm: None });
+        let assumption = Assumption { kind, of: self.made_of(&nodes), nodes, within, constant, origin };
+        self.assumptions.noted.push(NotedAssumption { assumption, by_norm: None });
     }
 
     /// Declared names that nodes are made of, each once.
@@ -186,25 +186,27 @@ impl Elaborator<'_> {
     }
 
     /// Reports what numbers alone refute, and hands the model what the run has to show.
-    pub(super) fn place_premises(&mut self) {
-        for NotedPremise { premise, by_norm } in core::mem::take(&mut self.premises).noted {
-            let values = self.at_nominal_values(&premise.nodes);
+    pub(super) fn place_assumptions(&mut self) {
+        for NotedAssumption { assumption, by_norm } in core::mem::take(&mut self.assumptions).noted {
+            let values = self.at_nominal_values(&assumption.nodes);
             let graph = &self.model.graph;
-            let decided = premise.nodes.iter().all(|node| graph.dependence(*node).within(Dependence::NONE));
+            let decided =
+                assumption.nodes.iter().all(|node| graph.dependence(*node).within(Dependence::NONE));
             if decided || values.iter().all(|value| !value.is_nan()) {
-                if let Some(message) = refuted(premise.claim, &values, &premise.within) {
+                if let Some(message) = refuted(assumption.kind, &values, &assumption.within) {
                     let place = self
                         .origins
-                        .place(premise.origin)
+                        .place(assumption.origin)
                         .unwrap_or_else(|| self.declaration.name.span().into());
                     self.diagnostics.error(place, &message);
                 } else if decided {
                     continue;
                 }
             }
-            let turns = premise.claim == Claim::Rotation && self.is_orthonormal_everywhere(&premise.nodes);
+            let turns = assumption.kind == AssumptionKind::Rotation
+                && self.is_orthonormal_everywhere(&assumption.nodes);
             if !turns && !by_norm.is_some_and(|e| self.have_unit_norm(&e)) {
-                self.model.premises.push(premise);
+                self.model.assumptions.push(assumption);
             }
         }
     }
@@ -263,20 +265,20 @@ fn nodes(rows: &[[Scalar; 3]; 3]) -> Vec<NodeId> {
 }
 
 /// What is wrong with these numbers.
-fn refuted(claim: Claim, values: &[f64], within: &str) -> Option<Message> {
-    match claim {
-        Claim::Mass | Claim::Moment => {
-            let what = if claim == Claim::Mass { "mass" } else { "moment of inertia" };
+fn refuted(kind: AssumptionKind, values: &[f64], within: &str) -> Option<Message> {
+    match kind {
+        AssumptionKind::Mass | AssumptionKind::Moment => {
+            let what = if kind == AssumptionKind::Mass { "mass" } else { "moment of inertia" };
             (values[0] < 0.0).then(|| messages::negative_mass(what, within, messages::number(values[0])))
         }
-        Claim::Inertia => unphysical(values).map(|why| messages::unphysical_inertia(within, why)),
-        Claim::Axis => {
+        AssumptionKind::Inertia => unphysical(values).map(|why| messages::unphysical_inertia(within, why)),
+        AssumptionKind::Axis => {
             let off = (values.iter().map(|x| x * x).sum::<f64>() - 1.0).abs();
             (off > ROUNDING || off.is_nan()).then(|| messages::not_an_axis(within))
         }
         // Which attitude is meant the start says.
-        Claim::Weld => None,
-        Claim::Rotation => {
+        AssumptionKind::Weld => None,
+        AssumptionKind::Rotation => {
             let by = defect(values);
             // Not a number is no small one.
             (by > ROUNDING || by.is_nan()).then(|| messages::not_a_rotation(within, format!("{by:.1e}")))

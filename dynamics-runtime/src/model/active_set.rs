@@ -2,15 +2,15 @@
 
 use core::fmt::{self, Debug};
 
-/// The modes of the switched constraints of a model, by their order among the switched ones: whether each
+/// The active set of the switched constraints of a model, by their order among the switched ones: whether each
 /// holds, and, where it does not, to which side it was left. All hold by default. At most 32.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
-pub struct Modes {
+pub struct ActiveSet {
     /// Two bits each: released, left to the negative side.
     bits: u64,
 }
 
-impl Modes {
+impl ActiveSet {
     /// Most switched constraints of a model.
     pub const MOST: usize = 32;
     /// Every constraint holds.
@@ -53,7 +53,7 @@ impl Modes {
     }
 }
 
-impl Debug for Modes {
+impl Debug for ActiveSet {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.all_hold() {
             return f.write_str("all hold");
