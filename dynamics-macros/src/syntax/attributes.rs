@@ -372,7 +372,7 @@ const RESERVED: &[&str] = &[
     "q",
     "u",
     "inputs",
-    "modes",
+    "active_set",
     "new",
     "build",
     "assemble",
