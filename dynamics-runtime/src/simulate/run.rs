@@ -79,7 +79,7 @@ pub(crate) fn run<M: SimulationModel>(
         wall_time: None,
         stiff_at,
         slides_at,
-        parted: stepper.parted(),
+        subdivided_steps: stepper.subdivided_steps(),
     };
     // After a change of method, the next record is that of the new method.
     if !matches!(result, Ok(RunEnd::Stiff(_))) {
@@ -104,7 +104,7 @@ fn treat_singular_start<'m, M: SimulationModel>(
     let (start, found) = (rhs.state(now.t, &now.y.q, &now.y.u), now.a);
     if let Some(a) = rhs.stabilization.singular_start(rhs.model, rhs.constants, &start, &found)? {
         let Tolerances { absolute, relative } = plan.options.tolerances;
-        stepper.leave_with(a, time_until_determined(&start, absolute + relative));
+        stepper.set_accelerations(a, time_until_determined(&start, absolute + relative));
     }
     Ok(())
 }
@@ -271,8 +271,8 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
     #[inline]
     fn before_step(&mut self, statistics: &StepStatistics) -> Result<(), RunFailure> {
         let (monitors, mut watched) = self.watched();
-        let asked = monitors.before_step(&mut watched, statistics);
-        asked.map_err(|kind| RunFailure { kind, h: statistics.proposed })
+        let answer = monitors.before_step(&mut watched, statistics);
+        answer.map_err(|kind| RunFailure { kind, h: statistics.proposed })
     }
 
     /// Asks the monitors about a step as the method made it.
@@ -303,7 +303,7 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
         let (monitors, mut watched) = self.watched();
         monitors.after_step(&mut watched, ends).map_err(|Retreat { kind, to }| {
             let h = self.stepper.statistics().proposed;
-            self.stepper.go_back(&to);
+            self.stepper.roll_back(&to);
             sink.truncate(to.t);
             RunFailure { kind, h }
         })
