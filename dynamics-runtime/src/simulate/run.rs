@@ -210,6 +210,12 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
     ) -> Result<Flow, RunFailure> {
         let failure = RunFailure { kind, h: step.h };
         let Some(part) = self.valid_part(step, valid) else { return Err(failure) };
+        if valid == Valid::Whole {
+            // Without its events, as the constraints may not hold in it. The objection remains the error even
+            // where the sink cannot take the step.
+            let _ = self.record(sink, &part);
+            return Err(failure);
+        }
         let flow = self.accept(sink, part)?;
         let acted = flow == Flow::Stop || self.stepper.now().t != part.end.t;
         if acted { Ok(flow) } else { Err(failure) }
@@ -219,8 +225,7 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
     #[cold]
     fn valid_part(&mut self, step: &Step<M::Vector>, valid: Valid) -> Option<Step<M::Vector>> {
         let theta = match valid {
-            // The end of the step becomes the last record, see `run`.
-            Valid::Whole => return None,
+            Valid::Whole => return Some(*step),
             Valid::UpTo(theta) => theta,
             Valid::Nothing => 0.0,
         };
