@@ -58,7 +58,7 @@ pub use pilot_run::FewDigits;
 pub(crate) use right_hand_side::{InputLaw, with_inputs};
 pub use simulation::{Simulate, Simulation};
 pub use stabilization::StabilizationCounts;
-pub use stabilization::adaptive_gain::DriftInfluence;
+pub use stabilization::near_singular::DriftInfluence;
 pub use summary::warning::Warning;
 pub use summary::{Drift, Summary};
 pub use trajectory::error::SimulationError;

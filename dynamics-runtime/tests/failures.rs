@@ -5,11 +5,12 @@ use crate::common;
 use std::error::Error;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
+use common::constrained::Rod;
 use common::*;
 use dynamics_runtime::error::SolveError;
 use dynamics_runtime::methods;
 use dynamics_runtime::simulate::{
-    Flow, Method, Motion, MotionError, OptionError, Simulate, Simulation, SimulationError,
+    Flow, Formulation, Method, Motion, MotionError, OptionError, Simulate, Simulation, SimulationError,
     SimulationErrorKind,
 };
 
@@ -324,4 +325,36 @@ fn questions_without_answer_are_errors_or_not_a_number() {
     let state = motion.at(0.5);
     assert_eq!(tension, 2.0 * (0.5 * state.u[0] * state.u[0] + 9.81 * state.q[0].cos()));
     assert_eq!(motion.outputs_of(&state), [tension]);
+}
+
+/// The step after which the constraint has drifted too far belongs to the motion: its start and its end are
+/// recorded, so that states within the last steps are between them.
+#[test]
+fn the_step_in_which_constraints_drift_too_far_is_part_of_the_motion() {
+    let model = Rod { m: 1.0, l: 1.0, g: 9.81 };
+    let start = at_rest_or_not([1.0, 0.0], [0.0, 0.0]);
+    let run = |limit: f64| {
+        let run = model.simulate(start).until(1000.0).tolerance(1e-6).drift_limit(limit);
+        run.formulation(Formulation::Augmented).max_steps(100_000).run()
+    };
+    let error = run(1e-3).unwrap_err();
+    assert!(matches!(error.kind, SimulationErrorKind::Drift { .. }), "{error}");
+    let motion = error.motion(&model).unwrap();
+    assert_eq!(motion.end_time(), error.time);
+    assert_eq!(motion.steps().count() as u64, motion.counts().steps + 1);
+    // A run with a larger limit makes the same steps and goes on.
+    let further = match run(2e-3) {
+        Ok(_) => panic!("the drift grows"),
+        Err(further) => further,
+    };
+    let further = further.motion(&model).unwrap();
+    assert!(further.end_time() > motion.end_time());
+    let times: Vec<f64> = motion.steps().map(|state| state.t).collect();
+    for pair in times.windows(2).rev().take(3) {
+        for part in [0.25, 0.5, 0.75] {
+            let t = pair[0] + part * (pair[1] - pair[0]);
+            let difference = (motion.at(t).q - further.at(t).q).amax();
+            assert!(difference < 1e-9, "{t}: {difference:e}");
+        }
+    }
 }

@@ -7,10 +7,10 @@
 //!
 //! The reference is a parameter of the model, so that both charts run on the same generated code, and each
 //! part of a motion is the motion of a model that does not change. From one part to the next the angles are
-//! read from the same rotation, θ′ with E(θ′) = C′ᵀ C E(θ), and the rates from the same angular velocity.
-//! That both charts describe one model is verified: accelerations, energy, outputs and events have to agree
-//! where a part begins (`agreement.rs`) and at the end of every step (`step_agreement.rs`). What acts only
-//! within a step is not seen.
+//! read from the same rotation, θ′ with E(θ′) = C′ᵀ C E(θ), and the rates from the same angular
+//! velocity. That both charts describe one model is verified: accelerations, energy, outputs and events have
+//! to agree where a part begins (`agreement.rs`) and at the end of every step (`step_agreement.rs`). What
+//! acts only within a step is not seen.
 
 pub(crate) mod agreement;
 pub(crate) mod error;
@@ -59,10 +59,10 @@ const MOST_ANGLE_SETS: usize = 6;
 ///     fn set_reference(&mut self, turn: f64);
 /// }
 /// fn tumble<M: Simulate + Turned + Clone>(
-///     atlas: &ChartSwitching<M>,
+///     switching: &ChartSwitching<M>,
 ///     start: M::State,
 /// ) -> Result<ChartSwitchingMotion<'_, M>, ChartSwitchingError<M>> {
-///     atlas.simulate(start).until(200.0).with(|run, _| run.tolerance(1e-10)).run()
+///     switching.simulate(start).until(200.0).with(|run, _| run.tolerance(1e-10)).run()
 /// }
 /// fn charts<M: Simulate + Turned + Clone>(
 ///     model: M,
@@ -146,7 +146,7 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
         }
     }
 
-    /// Opens a simulation from a place of a motion of this atlas, in the chart of that place.
+    /// Opens a simulation from a place of a motion of this chart switching, in the chart of that place.
     pub fn resume(&self, from: &ChartState<'_, M>) -> ChartSwitchingSimulation<'_, M> {
         ChartSwitchingSimulation { chart: from.chart, ..self.simulate(from.state) }
     }

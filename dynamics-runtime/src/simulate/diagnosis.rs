@@ -44,8 +44,9 @@ const LOOK_BACK_SHARE: f64 = 0.01;
 const DECAY_PER_LOOK: f64 = 1.5;
 const DECAYS_IN_A_ROW: u32 = 5;
 /// Condition number of the constraints from which on a singular position is the cause, and not vanished
-/// inertia.
-const SINGULAR_CONDITION: f64 = 1e5;
+/// inertia. A smaller value attributes vanished inertia to constraints that are only badly conditioned; a
+/// larger one names inertia where the position is the cause.
+const CAUSE_CONDITION: f64 = 1e5;
 
 /// How a run was made. The error of a singular position names other settings that pass it.
 #[derive(Clone, Copy, Debug)]
@@ -74,11 +75,11 @@ impl RunMethod {
     /// would contradict each other where they repeat each other. `None` where these settings are those of the
     /// run.
     pub(crate) fn crossing_settings(self) -> Option<CrossingSettings> {
-        let explicit = matches!(self.method, Method::Dop853);
+        let is_dop853 = matches!(self.method, Method::Dop853);
         let least =
-            if explicit || self.has_fixed_step { CROSSING_TOLERANCE } else { TIGHTEST_CROSSING_TOLERANCE };
+            if is_dop853 || self.has_fixed_step { CROSSING_TOLERANCE } else { TIGHTEST_CROSSING_TOLERANCE };
         let tolerance = (self.tightest_tolerance < least || self.has_fixed_step).then_some(least);
-        let method = (!explicit).then_some(Method::Dop853);
+        let method = (!is_dop853).then_some(Method::Dop853);
         let formulation = (!self.is_exact).then_some(Formulation::Projected);
         let other = tolerance.is_some() || method.is_some() || formulation.is_some();
         other.then_some(CrossingSettings { method, tolerance, fixed: self.has_fixed_step, formulation })
@@ -278,7 +279,7 @@ fn vanished_inertia<M: Constraints>(
     let share = least / inertia_at_start;
     (inertia_at_start > 0.0
         && share <= VANISHED_INERTIA_SHARE
-        && gradient_condition(model, state) < SINGULAR_CONDITION)
+        && gradient_condition(model, state) < CAUSE_CONDITION)
         .then_some((coordinates, share))
 }
 

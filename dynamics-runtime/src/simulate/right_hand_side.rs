@@ -39,11 +39,15 @@ pub(crate) enum EvaluationError {
     Input(usize),
 }
 
-/// Largest move of a projected end, in permitted errors, that counts as the error of the step without further
-/// inspection. A step with a larger move is rejected, unless the violation that caused it is smaller.
+/// Move of a projected end, in permitted errors, up to which the move itself counts as the violation of the
+/// constraints. Of a larger move the violation is computed that caused it, because near a singular position a
+/// small violation causes a large move. The stepper rejects a step whose violation is above ten permitted
+/// errors (`integrate/stepper/singularity_crossing.rs`). A smaller value computes violations at more steps. A
+/// value above ten would reject steps for their moves alone.
 pub(crate) const MAX_UNINSPECTED_MOVE: f64 = 1.0;
-/// Largest ratio of such a move to the violation that caused it. The error of the step is at least the move
-/// over this, as constraints that amplify more are too near to losing rank to determine the end.
+/// Largest ratio of such a move to the violation that caused it. The violation counts as at least the move
+/// over this, as constraints that amplify more are too near to losing rank to determine the end. A smaller
+/// value rejects more steps near singular positions, a larger one accepts ends that rounding has moved.
 pub(crate) const MAX_MOVE_PER_VIOLATION: f64 = 1e6;
 /// Condition of the constraints, with rows scaled to unit length, above which a singular position may be
 /// near. The bound is low on purpose: what it triggers is a closer inspection, never an error by itself.
@@ -420,7 +424,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         let mut violation = size;
         if size > MAX_UNINSPECTED_MOVE {
             // Near a singular position a small violation causes a large move along the direction that the
-            // constraints lose. The error of the step is then the violation.
+            // constraints lose. The violation decides whether the step is rejected, and not the move.
             let before = self.on_branches(&before);
             violation = self
                 .stabilization

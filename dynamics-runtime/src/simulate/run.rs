@@ -79,7 +79,7 @@ pub(crate) fn run<M: SimulationModel>(
         wall_time: None,
         stiff_at,
         slides_at,
-        parted: stepper.parted(),
+        subdivided_steps: stepper.subdivided_steps(),
     };
     // After a change of method, the next record is that of the new method.
     if !matches!(result, Ok(RunEnd::Stiff(_))) {
@@ -104,7 +104,7 @@ fn treat_singular_start<'m, M: SimulationModel>(
     let (start, found) = (rhs.state(now.t, &now.y.q, &now.y.u), now.a);
     if let Some(a) = rhs.stabilization.singular_start(rhs.model, rhs.constants, &start, &found)? {
         let Tolerances { absolute, relative } = plan.options.tolerances;
-        stepper.leave_with(a, time_until_determined(&start, absolute + relative));
+        stepper.set_accelerations(a, time_until_determined(&start, absolute + relative));
     }
     Ok(())
 }
@@ -210,6 +210,12 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
     ) -> Result<Flow, RunFailure> {
         let failure = RunFailure { kind, h: step.h };
         let Some(part) = self.valid_part(step, valid) else { return Err(failure) };
+        if valid == Valid::Whole {
+            // Without its events, as the constraints may not hold in it. The objection remains the error even
+            // where the sink cannot take the step.
+            let _ = self.record(sink, &part);
+            return Err(failure);
+        }
         let flow = self.accept(sink, part)?;
         let acted = flow == Flow::Stop || self.stepper.now().t != part.end.t;
         if acted { Ok(flow) } else { Err(failure) }
@@ -219,8 +225,7 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
     #[cold]
     fn valid_part(&mut self, step: &Step<M::Vector>, valid: Valid) -> Option<Step<M::Vector>> {
         let theta = match valid {
-            // The end of the step becomes the last record, see `run`.
-            Valid::Whole => return None,
+            Valid::Whole => return Some(*step),
             Valid::UpTo(theta) => theta,
             Valid::Nothing => 0.0,
         };
@@ -271,8 +276,8 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
     #[inline]
     fn before_step(&mut self, statistics: &StepStatistics) -> Result<(), RunFailure> {
         let (monitors, mut watched) = self.watched();
-        let asked = monitors.before_step(&mut watched, statistics);
-        asked.map_err(|kind| RunFailure { kind, h: statistics.proposed })
+        let answer = monitors.before_step(&mut watched, statistics);
+        answer.map_err(|kind| RunFailure { kind, h: statistics.proposed })
     }
 
     /// Asks the monitors about a step as the method made it.
@@ -303,7 +308,7 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
         let (monitors, mut watched) = self.watched();
         monitors.after_step(&mut watched, ends).map_err(|Retreat { kind, to }| {
             let h = self.stepper.statistics().proposed;
-            self.stepper.go_back(&to);
+            self.stepper.roll_back(&to);
             sink.truncate(to.t);
             RunFailure { kind, h }
         })

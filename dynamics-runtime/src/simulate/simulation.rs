@@ -39,8 +39,8 @@ pub struct Simulation<'m, M: SimulationModel> {
     start: M::State,
     end: Option<f64>,
     method: Option<SharedMethod<M>>,
-    /// Tolerances, with the name of the option that gave them.
-    tolerances: Option<(Tolerances, &'static str)>,
+    /// Tolerances, with the option that gave them.
+    tolerances: Option<(Tolerances, ToleranceOption)>,
     fixed: Option<f64>,
     first: Option<f64>,
     most: Option<f64>,
@@ -66,6 +66,25 @@ enum Output {
     Steps,
     Times(Vec<f64>),
     Every(f64),
+}
+
+/// The option that gave the tolerances of a simulation.
+#[derive(Clone, Copy, PartialEq)]
+enum ToleranceOption {
+    /// One for both. The absolute one is scaled with the size of the motion.
+    Tolerance,
+    /// Each of its own.
+    Tolerances,
+}
+
+impl ToleranceOption {
+    /// Its name.
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Tolerance => "tolerance",
+            Self::Tolerances => "tolerances",
+        }
+    }
 }
 
 impl<'m, M: SimulationModel> Simulation<'m, M> {
@@ -106,21 +125,20 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
     /// 1e-9.
     ///
     /// It bounds the error of each step. Errors of steps add up, and the motion may amplify them.
-    /// [`Motion::summary`](crate::simulate::Motion::summary) reports the sum where it is above ten
-    /// tolerances.
+    /// [`Motion::verify`](crate::simulate::Motion::verify) reports the sum where it is above ten tolerances.
     ///
     /// The absolute tolerance of small motions is smaller. Where all coordinates of one unit, or all of their
     /// velocities, stay below 0.1 in the first steps, it is the tolerance times ten times the largest of
     /// them.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
-        self.tolerances = Some((Tolerances::both(tolerance), "tolerance"));
+        self.tolerances = Some((Tolerances::both(tolerance), ToleranceOption::Tolerance));
         self
     }
 
     /// Permitted error of each step, absolute + relative·|value|, for coordinates and velocities. The
     /// absolute tolerance is not scaled with the size of the motion.
     pub fn tolerances(mut self, absolute: f64, relative: f64) -> Self {
-        self.tolerances = Some((Tolerances { absolute, relative }, "tolerances"));
+        self.tolerances = Some((Tolerances { absolute, relative }, ToleranceOption::Tolerances));
         self
     }
 

@@ -8,17 +8,19 @@
 //! | projected, embedded | ends of steps, or stages too, are moved onto the constraints | `projection.rs` |
 //! | Baumgarte | γ − 2αΦ̇ − β²Φ at every evaluation | [`Stabilization::accelerations`] |
 //! | Baumgarte, tied gains | a correction that is constant within a step | `adaptive_gain.rs` |
-//! | augmented, Baumgarte | the drift and its influence on the motion are watched | `drift_monitor.rs` |
+//! | augmented, Baumgarte | the drift and its influence on the motion are watched | `drift_inspection.rs` |
 //!
 //! `initial_consistency.rs` checks starts and what actions leave. `contacts.rs` decides which contacts take
 //! part in an impact. `singular_start.rs` finds accelerations where rank is lost. The tolerance reaches the
-//! constraints in [`Stabilization::violation`] and in `projection.rs`. Solving and projecting themselves are
-//! in [`crate::constrain`], and errors of this module become messages in [`crate::simulate::failure`].
+//! constraints in three places: at ends of steps in `RightHandSide::project_end` (`right_hand_side.rs`),
+//! which compares the move of the projection with it; in [`Stabilization::violation`]; and in
+//! `projection.rs`, for stages and states between. Solving and projecting themselves are in
+//! [`crate::constrain`], and errors of this module become messages in [`crate::simulate::failure`].
 
 pub(crate) mod adaptive_gain;
 pub(crate) mod contacts;
 pub(crate) mod counts;
-pub(crate) mod drift_monitor;
+pub(crate) mod drift_inspection;
 pub(crate) mod initial_consistency;
 pub(crate) mod near_singular;
 pub(crate) mod projection;
@@ -28,7 +30,7 @@ use alloc::vec::Vec;
 
 pub(crate) use crate::simulate::stabilization::contacts::ContactHistory;
 pub use crate::simulate::stabilization::counts::StabilizationCounts;
-pub(crate) use crate::simulate::stabilization::drift_monitor::{DriftVerdict, Drifted};
+pub(crate) use crate::simulate::stabilization::drift_inspection::{DriftVerdict, Drifted};
 pub(crate) use crate::simulate::stabilization::initial_consistency::ConsistencyError;
 
 use crate::constrain::active_set::{active_rows, holds};
@@ -54,7 +56,7 @@ pub(crate) struct StabilizationSnapshot<M: Constraints> {
     counts: StabilizationCounts,
     step_correction: M::Vector,
     correction_time: CorrectionTime,
-    last_inspection: Option<drift_monitor::DriftInspection<M::Rows>>,
+    last_inspection: Option<drift_inspection::DriftInspection<M::Rows>>,
     mean_sensitivity: Option<f64>,
     latest_sensitivity: Option<f64>,
     latest_move: Option<f64>,
@@ -74,7 +76,7 @@ pub(crate) struct Stabilization<M: Constraints> {
     /// Lower bound of the size of all rows, once it was computed.
     least_size: Option<f64>,
     /// The last full inspection of the drift.
-    last_inspection: Option<drift_monitor::DriftInspection<M::Rows>>,
+    last_inspection: Option<drift_inspection::DriftInspection<M::Rows>>,
     /// The contacts of the run, which take part in every impact where they touch.
     pub(crate) contacts: Vec<ContactHistory>,
     /// Geometric mean of the sensitivities of the projections that ended the steps so far. It does not change

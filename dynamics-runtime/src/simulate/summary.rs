@@ -68,11 +68,12 @@ pub struct Summary {
     pub evaluations: u64,
     /// Time the run took; `None` without the standard library.
     pub wall_time: Option<Duration>,
-    /// Largest |E − E₀ − work| over the accepted steps, relative to `energy_scale`. NaN where inputs do work
-    /// that is not known, as [`Motion::work`] says, and where `has_work` and [`Motion::verify`] was not asked
-    /// to integrate the works.
+    /// Largest |E − E₀ − work| over the accepted steps, relative to `energy_scale`. NaN where inputs do
+    /// work that is not known, as [`Motion::work`] says, and where `has_work` and [`Motion::verify`] was not
+    /// asked to integrate the works.
     pub energy_drift: f64,
-    /// Largest of |½ q̇·∂L/∂q̇|, |E − ½ q̇·∂L/∂q̇|, |E| met: of T and V for natural systems.
+    /// Largest of |½ q̇·∂L/∂q̇|, |E − ½ q̇·∂L/∂q̇|, |E| met: of T and V for natural
+    /// systems.
     pub energy_scale: f64,
     /// Unit of `energy_scale` and `energy_lost`; empty where the model has no units.
     pub energy_unit: &'static str,
@@ -117,7 +118,7 @@ pub struct Summary {
     pub events: Vec<(String, usize)>,
     /// Events whose functions constraints held at zero while they were engaged: crossings there are rounding,
     /// and were not counted.
-    pub kept: Vec<String>,
+    pub masked_events: Vec<String>,
     /// Whether an event ended the motion: its name.
     pub stopped_by: Option<String>,
     /// When the problem was first found stiff for the method.
@@ -130,7 +131,7 @@ pub struct Summary {
     pub slides_at: Option<f64>,
     /// How many fixed steps were made in parts, to go round positions where constraints nearly lose rank, and
     /// when the first began.
-    pub parted: (u64, Option<f64>),
+    pub subdivided_steps: (u64, Option<f64>),
     /// The tolerances that its steps kept; `None` with a fixed step.
     pub tolerances: Option<Tolerances>,
     /// Coordinates and velocities that stay within a thousand absolute tolerances, and so have few digits.
@@ -194,7 +195,8 @@ impl<M: SimulationModel> Motion<'_, M> {
                 None => events.push((event.name.clone(), 1)),
             }
         }
-        let kept = M::CONSERVED.iter().find(|quantity| quantity.kind.is_energy()).map(|kept| kept.name);
+        let conserved = M::CONSERVED.iter().find(|quantity| quantity.kind.is_energy());
+        let conserved_name = conserved.map_or("energy", |quantity| quantity.name);
         Summary {
             model: M::NAME,
             verified,
@@ -209,7 +211,7 @@ impl<M: SimulationModel> Motion<'_, M> {
             energy_drift: if worst == 0.0 { 0.0 } else { worst / history.scale },
             energy_scale: history.scale,
             energy_unit: crate::model::names::energy_unit::<M>(),
-            energy_name: if M::POWERS.is_empty() { kept.unwrap_or("energy") } else { "energy less work" },
+            energy_name: if M::POWERS.is_empty() { conserved_name } else { "energy less work" },
             has_work: !M::POWERS.is_empty(),
             // The energy has its own row, against its own scale: its value may be near zero by chance.
             conserved: self.drifts().into_iter().filter(|drift| !drift.kind.is_energy()).collect(),
@@ -231,26 +233,26 @@ impl<M: SimulationModel> Motion<'_, M> {
             conditioning: self.conditioning(),
             gimbal_lock: self.gimbal_lock(verified),
             events,
-            kept: self.trajectory.kept.clone(),
+            masked_events: self.trajectory.masked_events.clone(),
             stopped_by: self.events().iter().find(|e| e.stopped).map(|e| e.name.clone()),
             stiff_at: counts.stiff_at,
             error: self.global_error().cloned(),
             slides_at: counts.slides_at,
-            parted: counts.parted,
-            tolerances: self.kept_tolerances(),
+            subdivided_steps: counts.subdivided_steps,
+            tolerances: self.tolerances_of_steps(),
             few_digits: self.few_digits(),
             accuracy: self.accuracy((worst, history.scale), verified),
         }
     }
 
     /// The tolerances of its steps, if they depended on any.
-    fn kept_tolerances(&self) -> Option<Tolerances> {
-        let kept = !self.trajectory.fixed && self.trajectory.erased_method.is_some();
-        kept.then_some(self.trajectory.tolerances)
+    fn tolerances_of_steps(&self) -> Option<Tolerances> {
+        let is_controlled = !self.trajectory.fixed && self.trajectory.erased_method.is_some();
+        is_controlled.then_some(self.trajectory.tolerances)
     }
 
     fn few_digits(&self) -> Vec<FewDigits> {
-        let Some(tolerances) = self.kept_tolerances() else { return Vec::new() };
+        let Some(tolerances) = self.tolerances_of_steps() else { return Vec::new() };
         let mut sizes = CoordinateSizes::of::<M>(&self.trajectory.records[0].state);
         self.trajectory.records.iter().for_each(|record| sizes.include::<M>(&record.state));
         sizes.few_digits::<M>(&tolerances)

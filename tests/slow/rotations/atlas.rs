@@ -555,7 +555,7 @@ fn goes_on_from_a_place() {
     // Of an atlas without that chart it is no place.
     let single = ChartSwitching::new(place.model.clone());
     let error = single.resume(&place).until(10.0).run().expect_err("another atlas").to_string();
-    assert!(error.contains("resume a motion with the atlas that made it"), "{error}");
+    assert!(error.contains("resume a motion with the chart switching that made it"), "{error}");
 }
 
 /// A free body moves alike whichever way its reference is turned: a turn that is not the one that was asked

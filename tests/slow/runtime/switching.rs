@@ -505,7 +505,10 @@ fn guards_that_cannot_be_are_refused() {
     // Which constraint is wrong comes before which event is.
     for sticky in [open().stick_slip("floor", "x"), open().event("x", |_| 1.0).stick_slip("floor", "x")] {
         let error = refused(sticky);
-        assert!(matches!(error, OptionError::NotForGuard { option: "stick_slip", constraint: "floor", .. }));
+        assert!(matches!(
+            error,
+            OptionError::NotForUnilateral { option: "stick_slip", constraint: "floor", .. }
+        ));
         let said = "`.stick_slip(..)` is not possible for `floor`, a constraint on positions \
             (`#[holonomic]`); `.contact(..)` is for those";
         assert!(error.to_string().starts_with(said), "{error}");

@@ -91,10 +91,10 @@ pub enum ChartError {
         /// What was given, in rad.
         turn: f64,
     },
-    /// A place of a motion in another atlas.
+    /// A place of a motion of another chart switching.
     #[error(
-        "there is no chart {chart} among the {charts} of this atlas; resume a motion with the atlas that \
-         made it"
+        "there is no chart {chart} among the {charts} of this chart switching; resume a motion with the \
+         chart switching that made it"
     )]
     NoSuchChart {
         /// Its chart.
@@ -274,8 +274,8 @@ impl<M: Simulate> ChartSwitchingError<M> {
         Self { kind, time, first, segments }
     }
 
-    /// What was computed, in the charts of the atlas that it was computed with. Inputs closures are gone with
-    /// the simulation, as of [`SimulationError::motion`]. `None` where nothing was computed.
+    /// What was computed, in the charts of the chart switching that it was computed with. Inputs closures are
+    /// gone with the simulation, as of [`SimulationError::motion`]. `None` where nothing was computed.
     #[must_use]
     pub fn motion<'a>(&self, switching: &'a ChartSwitching<M>) -> Option<ChartSwitchingMotion<'a, M>> {
         let mut segments = Vec::new();

@@ -20,10 +20,8 @@ use crate::linalg::max_abs;
 use crate::model::{Constraints, ModelState, StaticTraits, Vector};
 use crate::simulate::diagnosis::RunMethod;
 use crate::simulate::failure::{SimulationErrorKind as Kind, SingularPositionCause};
-use crate::simulate::stabilization::singular_start::SINGULAR_CONDITION;
-
-/// Upper bound of the size of coordinates, because angles count revolutions.
-const MAX_COORDINATE_SIZE: f64 = 10.0;
+use crate::simulate::stabilization::near_singular::MAX_COUNTED_ANGLE;
+use crate::simulate::stabilization::singular_start::BRANCH_LIMIT_CONDITION;
 
 /// A failure is attributed to a singular position where the condition number is this many times that at the
 /// start. That of a singular start counts as [`MAX_START_CONDITION`] at most.
@@ -59,7 +57,7 @@ pub(crate) fn explain<M: Constraints>(
         return kind;
     }
     let found = weakest_ahead(state, h, &kind, |state| rank_margin(model, state));
-    let worse = found.condition >= SINGULAR_CONDITION
+    let worse = found.condition >= BRANCH_LIMIT_CONDITION
         || found.condition >= WORSE_THAN_START * gradient_condition(model, start).min(MAX_START_CONDITION);
     // A single row shows it against the length that it had.
     let (worse, found) = if worse {
@@ -116,8 +114,7 @@ fn weakest_ahead<S: ModelState>(
 
 /// Distance that a motion covers in a time, in parts of its size.
 fn relative_distance<S: ModelState>(state: &S, time: f64) -> f64 {
-    time.abs() * max_abs(state.u().as_slice())
-        / (1.0 + max_abs(state.q().as_slice()).min(MAX_COORDINATE_SIZE))
+    time.abs() * max_abs(state.u().as_slice()) / (1.0 + max_abs(state.q().as_slice()).min(MAX_COUNTED_ANGLE))
 }
 
 /// Many steps that pass a singular position cover at least this part of the distance to it.

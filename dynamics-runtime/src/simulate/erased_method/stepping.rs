@@ -33,10 +33,10 @@ pub(crate) type StepResult<T> = Result<T, StepError<EvaluationError>>;
 pub(crate) trait ErasedStepper<M: SimulationModel> {
     fn now(&self) -> &StepNode<M::Vector>;
     fn statistics(&self) -> StepStatistics;
-    fn parted(&self) -> (u64, Option<f64>);
+    fn subdivided_steps(&self) -> (u64, Option<f64>);
     /// See [`Scheme::EVENT_PANELS`].
     fn scan(&self) -> usize;
-    fn leave_with(&mut self, a: M::Vector, h: f64);
+    fn set_accelerations(&mut self, a: M::Vector, h: f64);
     fn step(&mut self, rhs: &mut RightHandSide<'_, '_, M>, limit: f64) -> StepResult<Step<M::Vector>>;
     fn shorten(
         &mut self,
@@ -60,7 +60,7 @@ pub(crate) trait ErasedStepper<M: SimulationModel> {
     ) -> Result<Interpolant<M::Vector>, EvaluationError>;
     fn undo(&mut self, step: &Step<M::Vector>);
     fn reject(&mut self, step: &Step<M::Vector>);
-    fn go_back(&mut self, to: &StepNode<M::Vector>);
+    fn roll_back(&mut self, to: &StepNode<M::Vector>);
     fn end_at_branch(&mut self, made: Option<&Step<M::Vector>>);
     /// A copy of the stepper for trial steps, where its method is for stiff motions, so that interpolants are
     /// less accurate than ends of steps.
@@ -84,7 +84,7 @@ impl<M: SimulationModel, S: Scheme<M::Vector>> ErasedStepper<M> for Stepper<M::V
         }
     }
 
-    fn parted(&self) -> (u64, Option<f64>) {
+    fn subdivided_steps(&self) -> (u64, Option<f64>) {
         self.subdivided_steps()
     }
 
@@ -92,7 +92,7 @@ impl<M: SimulationModel, S: Scheme<M::Vector>> ErasedStepper<M> for Stepper<M::V
         S::EVENT_PANELS
     }
 
-    fn leave_with(&mut self, a: M::Vector, h: f64) {
+    fn set_accelerations(&mut self, a: M::Vector, h: f64) {
         self.set_accelerations(a, h);
     }
 
@@ -153,7 +153,7 @@ impl<M: SimulationModel, S: Scheme<M::Vector>> ErasedStepper<M> for Stepper<M::V
         self.reject(step);
     }
 
-    fn go_back(&mut self, to: &StepNode<M::Vector>) {
+    fn roll_back(&mut self, to: &StepNode<M::Vector>) {
         self.roll_back(to);
     }
 

@@ -222,7 +222,7 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
                 }
                 change.project_onto_contact(constraint)?;
             }
-            let later = change.state_beside(JUMP_HALF_WIDTH);
+            let later = change.state_after(JUMP_HALF_WIDTH);
             if M::HAS_KINKS
                 && contact_corner::is_hit_in_edge(
                     change.model,
@@ -278,7 +278,7 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
     /// speed of a belt may. The slip has then not come to rest.
     pub(crate) fn slip_jumps_away(&mut self, constraint: &'static Constraint, side: f64) -> bool {
         let mut slip = |part: f64| {
-            let displaced = self.state_beside(part);
+            let displaced = self.state_after(part);
             self.stabilization.slip_velocity(self.model, &displaced, constraint)
         };
         let (before, after) = (slip(-JUMP_HALF_WIDTH), slip(JUMP_HALF_WIDTH));
@@ -287,7 +287,7 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
     }
 
     /// The state later by a part of 1 + |t|, or earlier if that is negative. It holds no branches.
-    fn state_beside(&self, part: f64) -> M::State {
+    fn state_after(&self, part: f64) -> M::State {
         let (t, mut q, u) = (self.state.t(), *self.state.q(), *self.state.u());
         let shift = part * (1.0 + t.abs());
         (0..M::Vector::LEN).for_each(|i| q[i] += shift * u[i]);
@@ -299,7 +299,7 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
     /// The side to which a constraint of one row breaks away if its reaction jumps here: against the reaction
     /// behind the jump. `None` where it does not jump.
     pub(crate) fn breakaway_side(&mut self, constraint: &'static Constraint) -> Option<f64> {
-        let ahead = self.state_beside(JUMP_HALF_WIDTH);
+        let ahead = self.state_after(JUMP_HALF_WIDTH);
         let mut reaction = |state: &M::State| {
             let solved = self.stabilization.reactions(self.model, self.constants, state).ok()?;
             Some(solved[constraint.first])

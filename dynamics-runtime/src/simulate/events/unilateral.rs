@@ -8,6 +8,10 @@
 //! |---|---|---|
 //! | contact | λ: lifts off | Φ: impact, rebound or hold |
 //! | stick–slip | the breakaway event: slips | ±(A q̇ + b) on the side to which it slips: sticks |
+//!
+//! Each constraint decides alone, by its own function at the reactions of those that hold. There is no joint
+//! complementarity problem for all contacts: constraints that cannot stay as they are switch one after the
+//! other, and the reactions are solved anew after each (`run/event_handling.rs`).
 
 use alloc::boxed::Box;
 use alloc::format;
@@ -100,7 +104,7 @@ impl UnilateralConstraint {
                     grazes_until: None,
                 })
             }
-            _ => Err(OptionError::NotForGuard {
+            _ => Err(OptionError::NotForUnilateral {
                 option,
                 constraint: constraint.name,
                 kind,

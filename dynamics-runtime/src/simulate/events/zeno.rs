@@ -15,7 +15,8 @@ use crate::math;
 use crate::simulate::failure::SimulationErrorKind as Kind;
 
 /// Times in a row that an event may happen at one instant. Contacts that touch together may hit each other by
-/// turns a few times; more repeats without end.
+/// turns a few times; more repeats without end. A smaller value ends motions whose contacts are hit in turn,
+/// a larger one only finds repetition later.
 const MAX_EVENTS_AT_ONE_INSTANT: u32 = 16;
 
 /// Smallest power p for which intervals that shrink as n⁻ᵖ have a finite sum here. The zeros of sin eᵗ
@@ -23,9 +24,12 @@ const MAX_EVENTS_AT_ONE_INSTANT: u32 = 16;
 /// is the middle of 1 and 2.
 const MIN_SUMMABLE_POWER: f64 = 1.5;
 
-/// Intervals up to this many units in the last place of the time are one instant.
+/// Intervals up to this many units in the last place of the time are one instant. A smaller value counts
+/// rounding of one instant as an interval; a larger one ends motions late in a run whose events are near to
+/// each other.
 const MAX_ULPS_OF_ONE_INSTANT: f64 = 16.0;
-/// Fewest intervals in a row, each shorter than the one before, that count as an accumulation.
+/// Fewest intervals in a row, each shorter than the one before, that count as an accumulation. With fewer, a
+/// few intervals that shrink fast, as of a bounce that is followed by others, would; more find the end later.
 const MIN_SHRINKING_INTERVALS: u32 = 8;
 /// Last interval, in parts of the first one, below which shrinking intervals accumulate. A larger bound would
 /// find the end sooner, but also end motions whose events become rarer again.
@@ -38,8 +42,8 @@ pub(crate) struct Zeno {
     first_interval: f64,
     interval: f64,
     shrinking: u32,
-    /// Two earlier intervals with their numbers: the last whose number is a power of two, and the one before
-    /// that.
+    /// Two earlier intervals with their numbers: the last but one whose number is a power of two, and the
+    /// last one.
     marks: [(u32, f64); 2],
     events_at_instant: u32,
     /// Speed of the hit at which the intervals began to shrink.
@@ -78,12 +82,17 @@ impl Zeno {
             && self.decay_power() > MIN_SUMMABLE_POWER
         {
             let squeezed = speed > self.first_speed;
-            let root = math::sqrt(ratio);
-            let time_left = match squeezed {
-                true => interval / ratio / (1.0 - root) - interval - interval / ratio,
-                false => interval * ratio / (1.0 - ratio),
+            // `ratio` is below 1, as the last interval is shorter than the one before.
+            let time_left = if squeezed {
+                // An interval is c τ² with the time τ that is left at its start. So √ratio is the ratio
+                // of these times for the last two intervals, and the first of them, d = interval/ratio, is
+                // their difference: τ = d/(1 − √ratio). Of τ the two intervals have passed.
+                let root = math::sqrt(ratio);
+                interval / ratio / (1.0 - root) - interval - interval / ratio
+            } else {
+                // The geometric series.
+                interval * ratio / (1.0 - ratio)
             };
-            let time_left = if ratio < 1.0 { time_left } else { 0.0 };
             return Err(Kind::EventsAccumulate { event, at: t + time_left.copysign(h), squeezed });
         }
         Ok(())

@@ -84,9 +84,9 @@ pub enum OptionError {
         /// The name.
         name: String,
     },
-    /// Two laws are given for the same constraint.
+    /// Two laws are given for the same unilateral constraint.
     #[error("`.{option}(\"{constraint}\", ..)` is given twice; drop one of them")]
-    GuardTwice {
+    UnilateralTwice {
         /// `contact` or `stick_slip`.
         option: &'static str,
         /// The constraint.
@@ -138,8 +138,8 @@ pub enum OptionError {
         admissible: &'static str,
     },
     /// A contact needs a switched holonomic constraint of one row, sticking a switched nonholonomic one.
-    #[error(fmt = not_for_guard)]
-    NotForGuard {
+    #[error(fmt = not_for_unilateral)]
+    NotForUnilateral {
         /// `contact` or `stick_slip`.
         option: &'static str,
         /// The constraint.
@@ -257,7 +257,7 @@ fn start_not_finite(name: &str, rate: &bool, f: &mut fmt::Formatter<'_>) -> fmt:
     write!(f, "the start is not finite: {what}`{name}`")
 }
 
-fn not_for_guard(
+fn not_for_unilateral(
     option: &str,
     constraint: &str,
     kind: &ConstraintKind,

@@ -121,6 +121,9 @@ pub(crate) struct Retreat<V> {
 /// Implements [`Monitor`] for a tuple of monitors, which are asked in turn. It is a tuple and not a list of
 /// trait objects because a step of a small model takes hundreds of nanoseconds, and because monitors that do
 /// not apply to a model are then not compiled.
+///
+/// A tuple of another length than the one below does not implement [`Monitor`]. A list of eleven monitors
+/// needs an eleventh letter.
 macro_rules! in_turn {
     ($($monitor:ident)*) => {
         #[allow(non_snake_case, reason = "variables of the monitors' types are called like them")]
@@ -188,4 +191,5 @@ macro_rules! in_turn {
         }
     };
 }
+// As many letters as `Monitors` in `monitors.rs` has entries: ten.
 in_turn!(A B C D E F G H I J);

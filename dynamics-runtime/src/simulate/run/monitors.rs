@@ -1,6 +1,7 @@
 //! The monitors of a run: one file for each failure mode of a motion or its method.
 //!
-//! To add one: write its file, add it to the list below, and give its failure a kind in
+//! To add one: write its file, add it to the list below and a letter to `in_turn!` at the end of
+//! `monitor.rs`, which serves exactly as many monitors as it has letters. Give its failure a kind in
 //! [`crate::simulate::failure`].
 
 pub(crate) mod branch_identification;

@@ -171,7 +171,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
             has_law: law.is_some(),
             formulation: checked.formulation,
             stabilization,
-            kept: masked_events,
+            masked_events,
             consistent: self.consistent_output,
             error: None,
             fixed: options.fixed.is_some(),

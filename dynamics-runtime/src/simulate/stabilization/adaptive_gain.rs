@@ -63,16 +63,6 @@ pub(crate) fn bounding_gain(
     (steps_made >= 1000 && (0.1..10.0).contains(&mean_step_times_gain)).then_some(gain)
 }
 
-/// Influence of drift on the direction of a motion. A small violation of the constraints changes the
-/// direction a little, and by much near positions where the constraints nearly lose rank.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DriftInfluence {
-    /// Change of the correction back to the constraints, in parts of the velocity.
-    pub part: f64,
-    /// Time of the largest influence.
-    pub time: f64,
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,6 +1,6 @@
 //! What it took to keep the constraints of a run, as the summary reports it.
 
-use crate::simulate::stabilization::adaptive_gain::DriftInfluence;
+use crate::simulate::stabilization::near_singular::DriftInfluence;
 
 /// Counts of what it took to keep the constraints of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -4,7 +4,7 @@
 //! the larger of two figures, both from the correction δ = −Φ_q⁺Φ: how much Newton's next correction
 //! ½ Φ_q⁺Φ_qq δ² is of δ, and how much of the velocity Φ_q⁺Φ_qq δ q̇ is. Both grow as c/(kx)²
 //! at a distance x from the singular position, see [`crate::simulate::diagnosis::singular_position`]. Second
-//! derivatives are found by differences. `drift_monitor.rs` decides when this is worth its cost.
+//! derivatives are found by differences. `drift_inspection.rs` decides when this is worth its cost.
 
 use crate::constrain::Gradients;
 use crate::constrain::active_set::active_rows;
@@ -16,17 +16,31 @@ use crate::simulate::stabilization::singular_start::combined;
 use crate::{constrain, math};
 
 /// Largest |q| that counts for the size of a coordinate: angles that count revolutions are no larger
-/// displacements. Without it, displacements for differences would grow with the revolutions.
+/// displacements. Without it, displacements for differences, and distances to singular positions, would grow
+/// with the revolutions. It is above 2π, so that angles within one revolution count in full.
 pub(crate) const MAX_COUNTED_ANGLE: f64 = 10.0;
 
 /// Largest permitted influence of drift, as a part of the velocity or of the correction: above it a motion
-/// that is near a singular position ends, as its branch is not determined. The summary warns of less, see
+/// that is near a singular position ends, as its branch is not determined. A smaller value ends motions whose
+/// drift only turns them a little; a larger one lets drift choose the branch. The summary warns of less, see
 /// `summary/checks.rs`.
 pub(crate) const MAX_DRIFT_INFLUENCE: f64 = 0.02;
 
 /// Displacement for second differences, in parts of the size of the coordinates: ε^(1/4), at which
-/// truncation and rounding errors are about equal.
+/// truncation and rounding errors are about equal. Rounding exceeds the difference at a smaller value, the
+/// neglected terms of order four do at a larger one.
 const PROBE_DISPLACEMENT: f64 = 1e-4;
+
+/// Influence of drift on the direction of a motion. A small violation of the constraints changes the
+/// direction a little, and by much near positions where the constraints nearly lose rank.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriftInfluence {
+    /// The larger of two ratios: the second of Newton's corrections back to the constraints over the first
+    /// one, and the rate at which the first one changes over the velocity.
+    pub part: f64,
+    /// Time of the largest influence.
+    pub time: f64,
+}
 
 /// A state at which the influence of drift is measured.
 pub(crate) struct ProbedState<M: Constraints> {

@@ -79,9 +79,9 @@ impl<M: Constraints> Stabilization<M> {
         possible
     }
 
-    /// Projects a state between the ends of a step, unless rounding errors would move it further than the
-    /// projection does, as near a position where the constraints lose rank. Returns whether the remaining
-    /// error is within the tolerances.
+    /// Projects a state between the ends of a step, unless the noise of the projection is larger than its
+    /// change of the velocities and than the tolerance, as near a position where the constraints lose rank.
+    /// Returns whether that noise is within the tolerances.
     pub(crate) fn project_between(
         &mut self,
         model: &M,

@@ -15,9 +15,11 @@ use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::{constrain, math};
 
 /// Condition of the constraints, with rows scaled to unit length, above which a position is singular whatever
-/// the condition is elsewhere. At 1e6 a correction amplifies rounding errors to about 1e-10 of the
-/// coordinates.
-pub(crate) const SINGULAR_CONDITION: f64 = 1e6;
+/// the condition is elsewhere: a start there gets the accelerations of its branch, and a failure there has
+/// the position as its cause. At 1e6 a correction amplifies rounding errors to about 1e-10 of the
+/// coordinates. With a smaller value starts near a singular position get the limit at the position instead of
+/// their own accelerations; with a larger one accelerations are used that rounding has determined.
+pub(crate) const BRANCH_LIMIT_CONDITION: f64 = 1e6;
 
 /// Time to either side of a singular start at which accelerations are evaluated, in parts of the time in
 /// which the motion turns, min(1/|q̇|, |q̇|/|q̈|). Nearer, rounding is amplified as ε/x³; farther, the
@@ -48,7 +50,7 @@ pub(crate) fn start_accelerations<M: Constraints>(
     workspace: &mut [f64],
 ) -> Result<Option<M::Vector>, Kind> {
     let RankMargin { condition, rows, coordinates } = rank_margin(model, start);
-    if condition < SINGULAR_CONDITION {
+    if condition < BRANCH_LIMIT_CONDITION {
         return Ok(None);
     }
     let undetermined = Kind::SingularStart { rows, coordinates };

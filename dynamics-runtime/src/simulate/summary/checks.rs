@@ -1,12 +1,16 @@
-//! The checks of a summary: one function for each warning, in the order in which warnings are printed.
+//! The checks of a summary: one function for each warning that a motion has at most once, in the order in
+//! which they are printed. Warnings that may occur several times, of the global error and of masked events,
+//! come first ([`Summary::warnings`]).
 
 use alloc::vec::Vec;
 
 use crate::simulate::summary::Summary;
 use crate::simulate::summary::warning::Warning;
-use crate::simulate::verification::accuracy_diagnostics::{LARGE_ERROR, NOTABLE_ERROR};
+use crate::simulate::trajectory::global_error::LARGE_ERROR;
+use crate::simulate::verification::accuracy_diagnostics::NOTABLE_ERROR;
 
-/// All checks. A new warning needs a variant of [`Warning`] and a check in this list.
+/// All checks. A new warning needs a variant of [`Warning`] with its text in `warning.rs`, and a check in
+/// this list.
 const CHECKS: [fn(&Summary) -> Option<Warning>; 14] = [
     stuck_in_impact,
     stiffness,
@@ -24,11 +28,17 @@ const CHECKS: [fn(&Summary) -> Option<Warning>; 14] = [
     error_peak,
 ];
 
-/// Drift of constraints is a warning where it turns the velocity by more than this part of it.
+/// Drift of constraints is a warning where it turns the velocity by more than this part of it. It lies above
+/// the largest influence, 2.7e-4, of the steps that drift inspection leaves out
+/// (`stabilization/drift_inspection.rs`), so that no warning depends on which steps were inspected. A smaller
+/// value would; a larger one is silent about branches that drift has turned.
 const DRIFT_TURN_SHARE: f64 = 3e-4;
-/// Energy drift below this many permitted errors is what the tolerance allows.
+/// Energy drift below this many permitted errors is what the tolerance allows. A smaller value warns of loose
+/// tolerances that are kept, a larger one is silent where the drift is large against the energy.
 const PERMITTED_ENERGY_ERRORS: f64 = 10.0;
-/// Energy drift above this part of its scale is a warning.
+/// Energy drift above this part of its scale is a warning: the motion is visibly another one. A smaller value
+/// warns of motions at loose tolerances whose energy need not be accurate, a larger one comes after digits
+/// are lost. `docs/warnings-judged.md` names the one motion of which it warned falsely.
 const ENERGY_DRIFT_SHARE: f64 = 0.01;
 
 impl Summary {
@@ -38,7 +48,7 @@ impl Summary {
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let of_error = self.error.iter().flat_map(|error| error.findings()).map(Warning::GlobalError);
-        let masked = self.kept.iter().map(|event| Warning::MaskedEvent { event: event.clone() });
+        let masked = self.masked_events.iter().map(|event| Warning::MaskedEvent { event: event.clone() });
         let checked = CHECKS.iter().filter_map(|check| check(self));
         of_error.chain(masked).chain(checked).collect()
     }

@@ -34,12 +34,12 @@ impl fmt::Display for Summary {
             Grouped(self.rejected),
             Grouped(self.evaluations)
         )?;
-        if let (parted @ 1.., Some(first)) = self.parted {
-            let (were, at) = if parted == 1 { ("was", "at") } else { ("were", "first at") };
-            let parted = Grouped(parted);
+        if let (steps @ 1.., Some(first)) = self.subdivided_steps {
+            let (were, at) = if steps == 1 { ("was", "at") } else { ("were", "first at") };
+            let steps = Grouped(steps);
             writeln!(
                 f,
-                "               {parted} {were} made in parts, to go round a singular position, {at} t = {}",
+                "               {steps} {were} made in parts, to go round a singular position, {at} t = {}",
                 Rounded(first)
             )?;
         }

@@ -4,7 +4,7 @@ use alloc::string::String;
 use core::fmt;
 
 use crate::simulate::failure::gimbal_lock::GimbalLock;
-use crate::simulate::stabilization::adaptive_gain::DriftInfluence;
+use crate::simulate::stabilization::near_singular::DriftInfluence;
 use crate::simulate::trajectory::global_error::ErrorFinding;
 use crate::simulate::verification::accuracy_diagnostics::BelowRounding;
 use crate::simulate::verification::missed_instability::MissedInstability;
@@ -107,24 +107,12 @@ impl fmt::Display for ErrorRemedy {
     }
 }
 
+// Without a wildcard, so that the compiler asks for the text of a new warning.
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let how = "(estimated by step doubling)";
         match self {
             Self::GlobalError(finding) => fmt::Display::fmt(finding, f),
-            Self::UndersampledForce(force) => force.write(f),
-            Self::MissedInstability { growth, fixed } => growth.write(f, *fixed),
-            Self::StuckInImpact { .. } | Self::MaskedEvent { .. } => self.write_events(f),
-            Self::SingularPositionMissed { .. } | Self::DriftInfluence(_) | Self::GimbalLock(_) => {
-                self.write_positions(f)
-            }
-            _ => self.write_accuracy(f),
-        }
-    }
-}
-
-impl Warning {
-    fn write_events(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
             Self::StuckInImpact { constraint, time } => write!(
                 f,
                 "`{constraint}` stuck in an impact at t = {}, however large its impulse is; where friction \
@@ -136,48 +124,6 @@ impl Warning {
                 "event {event} is what a constraint holds at zero: while it holds, crossings are rounding, \
                  and do not count"
             ),
-            _ => Ok(()),
-        }
-    }
-
-    fn write_positions(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::DriftInfluence(DriftInfluence { part, time }) => write!(
-                f,
-                "drift of the constraints turned the motion by up to {} at t = {}; use \
-                 Formulation::Projected",
-                Part(*part),
-                Rounded(*time)
-            ),
-            Self::GimbalLock(locking) => write!(
-                f,
-                "gimbal lock at t = {}: {}; use Euler parameters (`#[coordinates(e: [_; 4])]`, \
-                 `EulerParameters::new(q.e).rotation()` and its `norm_constraint()` under `#[holonomic]`), \
-                 change charts (`ChartSwitching`), or take a set whose middle angle stays away from its \
-                 singular values, such as {}",
-                Rounded(locking.time),
-                locking.describe_loss(),
-                locking.alternative_set()
-            ),
-            Self::SingularPositionMissed { by, time, fixed } => {
-                let remedy = match fixed {
-                    true => "with this fixed step; give a tolerance well below that in its place",
-                    false => "at this tolerance; give one well below that",
-                };
-                write!(
-                    f,
-                    "the constraints miss the singular position at t = {} by {by:.1e}: whether a motion goes \
-                     on or turns round there is not told {remedy}",
-                    Rounded(*time)
-                )
-            }
-            _ => Ok(()),
-        }
-    }
-
-    fn write_accuracy(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let how = "(estimated by step doubling)";
-        match self {
             Self::Stiff { from } => write!(
                 f,
                 "stiff from t = {}: stability, not accuracy, bounds the step of this explicit method; use \
@@ -190,35 +136,32 @@ impl Warning {
                  what sticks be a switched constraint",
                 Rounded(*from)
             ),
-            Self::BelowRounding(BelowRounding { name, rate, value, time, permitted }) => {
-                let what = if *rate { "the velocity of " } else { "" };
-                let (time, value) = (Rounded(*time), Rounded(*value));
-                write!(
-                    f,
-                    "tolerance below rounding: {permitted:.1e} permitted of {what}{name} = {value} at t = \
-                     {time}; give a larger relative one"
-                )
+            Self::DriftInfluence(DriftInfluence { part, time }) => write!(
+                f,
+                "drift of the constraints turned the motion by up to {} at t = {}; use \
+                 Formulation::Projected",
+                Part(*part),
+                Rounded(*time)
+            ),
+            Self::GimbalLock(locking) => write_gimbal_lock(f, locking),
+            Self::SingularPositionMissed { by, time, fixed } => {
+                write_singular_position(f, *by, *time, *fixed)
             }
+            Self::BelowRounding(value) => write_below_rounding(f, value),
+            Self::UndersampledForce(force) => force.write(f),
             Self::HiddenStiffness { time } => write!(
                 f,
                 "stiff at t = {}: steps that are more than twenty times as long keep the tolerance with \
                  methods::Radau5",
                 Rounded(*time)
             ),
+            Self::MissedInstability { growth, fixed } => growth.write(f, *fixed),
             Self::EnergyBeyondTolerance { times } => write!(
                 f,
                 "energy drifts by {} times what the tolerance permits in a step; give a smaller one",
                 Times(*times)
             ),
-            Self::EnergyDrift { part, fixed } => {
-                let remedy = if *fixed { "shorten the fixed step" } else { "give a smaller tolerance" };
-                match part.is_finite() {
-                    true => write!(f, "energy drifts by {} of its scale; {remedy}", Part(*part)),
-                    false => {
-                        write!(f, "energy grows beyond all numbers; {remedy}, or end the motion before that")
-                    }
-                }
-            }
+            Self::EnergyDrift { part, fixed } => write_energy_drift(f, *part, *fixed),
             Self::StepDoubling { tolerances, low_stages } => {
                 let remedy = ErrorRemedy(*low_stages);
                 write!(f, "global error about {} tolerances {how}{remedy}", Times(*tolerances))
@@ -230,7 +173,51 @@ impl Warning {
                 Times(*tolerances),
                 ErrorRemedy(*low_stages)
             ),
-            _ => Ok(()),
         }
+    }
+}
+
+fn write_gimbal_lock(f: &mut fmt::Formatter<'_>, locking: &GimbalLock) -> fmt::Result {
+    write!(
+        f,
+        "gimbal lock at t = {}: {}; use Euler parameters (`#[coordinates(e: [_; 4])]`, \
+         `EulerParameters::new(q.e).rotation()` and its `norm_constraint()` under `#[holonomic]`), change \
+         charts (`ChartSwitching`), or take a set whose middle angle stays away from its singular values, \
+         such as {}",
+        Rounded(locking.time),
+        locking.describe_loss(),
+        locking.alternative_set()
+    )
+}
+
+fn write_singular_position(f: &mut fmt::Formatter<'_>, by: f64, time: f64, fixed: bool) -> fmt::Result {
+    let remedy = match fixed {
+        true => "with this fixed step; give a tolerance well below that in its place",
+        false => "at this tolerance; give one well below that",
+    };
+    write!(
+        f,
+        "the constraints miss the singular position at t = {} by {by:.1e}: whether a motion goes on or turns \
+         round there is not told {remedy}",
+        Rounded(time)
+    )
+}
+
+fn write_below_rounding(f: &mut fmt::Formatter<'_>, below: &BelowRounding) -> fmt::Result {
+    let BelowRounding { name, rate, value, time, permitted } = below;
+    let what = if *rate { "the velocity of " } else { "" };
+    let (time, value) = (Rounded(*time), Rounded(*value));
+    write!(
+        f,
+        "tolerance below rounding: {permitted:.1e} permitted of {what}{name} = {value} at t = {time}; give a \
+         larger relative one"
+    )
+}
+
+fn write_energy_drift(f: &mut fmt::Formatter<'_>, part: f64, fixed: bool) -> fmt::Result {
+    let remedy = if fixed { "shorten the fixed step" } else { "give a smaller tolerance" };
+    match part.is_finite() {
+        true => write!(f, "energy drifts by {} of its scale; {remedy}", Part(part)),
+        false => write!(f, "energy grows beyond all numbers; {remedy}, or end the motion before that"),
     }
 }

@@ -94,8 +94,10 @@ pub enum ErrorFinding {
     },
 }
 
-/// Errors above this many permitted ones are a warning.
-const LARGE_ERROR: f64 = 1e3;
+/// Errors above this many permitted ones are a warning, by a second run as by step doubling and by the drift
+/// of the energy. A smaller value warns of motions that only amplify their errors, a larger one is silent
+/// where digits are lost. `docs/warnings-judged.md` counts how often warnings at these bounds are right.
+pub(crate) const LARGE_ERROR: f64 = 1e3;
 
 /// Factor by which the tolerance of the second run is smaller: its own error is then a hundredth of that of
 /// the first.

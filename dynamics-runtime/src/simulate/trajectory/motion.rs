@@ -319,9 +319,9 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
 
     /// The same, in memory that [`Stabilization::into_workspace`] of another one returned.
     pub(crate) fn rhs_in(&self, index: usize, memory: Vec<f64>) -> RightHandSide<'_, 'm, M> {
-        let Record { state, usual, pace, .. } = &self.trajectory.records[index];
-        let mut stabilization = self.stabilization(*usual, memory);
-        stabilization.replay_correction_time(*pace);
+        let Record { state, mean_sensitivity, correction_time, .. } = &self.trajectory.records[index];
+        let mut stabilization = self.stabilization(*mean_sensitivity, memory);
+        stabilization.replay_correction_time(*correction_time);
         RightHandSide {
             model: self.model,
             constants: &self.constants,
@@ -337,11 +337,11 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         }
     }
 
-    fn stabilization(&self, usual: Option<f64>, memory: Vec<f64>) -> Stabilization<M> {
+    fn stabilization(&self, mean_sensitivity: Option<f64>, memory: Vec<f64>) -> Stabilization<M> {
         let run = (self.start_time(), self.end_time());
         let mut stabilization =
             Stabilization::with_workspace(self.formulation(), f64::INFINITY, self.constants, run, memory);
-        stabilization.mean_sensitivity = usual;
+        stabilization.mean_sensitivity = mean_sensitivity;
         stabilization.is_under_way = true;
         stabilization
     }
@@ -504,7 +504,7 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
     /// The state within the step of a record, and whether a projection that was required succeeded.
     fn between(&mut self, index: usize, t: f64) -> (M::State, bool) {
         let trajectory = &self.motion.trajectory;
-        let Record { state, h, usual, .. } = trajectory.records[index];
+        let Record { state, h, mean_sensitivity, .. } = trajectory.records[index];
         let CachedInterpolant { interpolant, projects, .. } =
             self.cached.as_ref().expect("the caller has stored it");
         // A time before the start by rounding is the start.
@@ -515,8 +515,8 @@ impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {
             return (between, true);
         }
         let stabilization =
-            self.stabilization.get_or_insert_with(|| self.motion.stabilization(usual, Vec::new()));
-        stabilization.mean_sensitivity = usual;
+            self.stabilization.get_or_insert_with(|| self.motion.stabilization(mean_sensitivity, Vec::new()));
+        stabilization.mean_sensitivity = mean_sensitivity;
         // Constraints may contain inputs; the closure reads those that are held.
         let mut projected = self.motion.complete(between);
         let mut done =

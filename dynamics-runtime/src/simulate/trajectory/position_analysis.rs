@@ -37,8 +37,8 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
             accelerations,
             h: step(i),
             kept: StepFlags::default(),
-            usual: None,
-            pace: 0.0,
+            mean_sensitivity: None,
+            correction_time: 0.0,
         };
         let reason = "because the constraints leave no freedom".to_string();
         let (start, end) = (times[0], times[times.len() - 1]);
@@ -55,7 +55,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
             has_law: false,
             formulation: Some((Formulation::Projected, reason)),
             stabilization: StabilizationCounts::default(),
-            kept: Vec::new(),
+            masked_events: Vec::new(),
             consistent: true,
             error: None,
             fixed: false,

@@ -24,9 +24,9 @@ pub(crate) struct Record<M: Model> {
     pub(crate) kept: StepFlags,
     /// Mean sensitivity of the projections before this step. It determines which states of the step were
     /// projected, and are projected when it is made again.
-    pub(crate) usual: Option<f64>,
+    pub(crate) mean_sensitivity: Option<f64>,
     /// Time constant in which adaptive Baumgarte gains took back drift; 0 with other formulations.
-    pub(crate) pace: f64,
+    pub(crate) correction_time: f64,
 }
 
 // By hand, because a derive would ask the same of the model.
@@ -42,7 +42,14 @@ impl<M: Model> Record<M> {
     pub(crate) fn new(knot: &StepNode<M::Vector>, held: M::Inputs, active_set: ActiveSet) -> Self {
         let mut state = M::State::new(knot.t, knot.y.q, knot.y.u, held);
         *state.active_set_mut() = active_set;
-        Self { state, accelerations: knot.a, h: 0.0, kept: StepFlags::default(), usual: None, pace: 0.0 }
+        Self {
+            state,
+            accelerations: knot.a,
+            h: 0.0,
+            kept: StepFlags::default(),
+            mean_sensitivity: None,
+            correction_time: 0.0,
+        }
     }
 
     /// Where a step starts.
@@ -50,9 +57,15 @@ impl<M: Model> Record<M> {
         step: &Step<M::Vector>,
         held: M::Inputs,
         active_set: ActiveSet,
-        (usual, pace): (Option<f64>, f64),
+        (mean_sensitivity, correction_time): (Option<f64>, f64),
     ) -> Self {
-        Self { h: step.h, kept: step.kept, usual, pace, ..Self::new(&step.start, held, active_set) }
+        Self {
+            h: step.h,
+            kept: step.kept,
+            mean_sensitivity,
+            correction_time,
+            ..Self::new(&step.start, held, active_set)
+        }
     }
 
     /// A start where nothing could be evaluated.
@@ -64,8 +77,8 @@ impl<M: Model> Record<M> {
             accelerations: unknown,
             h: 0.0,
             kept: StepFlags::default(),
-            usual: None,
-            pace: 0.0,
+            mean_sensitivity: None,
+            correction_time: 0.0,
         }
     }
 
@@ -106,8 +119,8 @@ impl<S: ModelState> EventRecord<S> {
     }
 
     /// Energy that the moving bodies lost in impacts: energy function before less after. What a moving
-    /// constraint gives to them while it strikes is subtracted, so that this is not ½(1 − e²) of the relative
-    /// motion there.
+    /// constraint gives to them while it strikes is subtracted, so that this is not ½(1 − e²) of the
+    /// relative motion there.
     #[must_use]
     pub fn energy_lost(&self) -> f64 {
         // Of no impacts the standard library's sum is -0.
@@ -133,7 +146,7 @@ pub struct Counts {
     pub slides_at: Option<f64>,
     /// How many fixed steps were made in parts, to go round positions where constraints nearly lose rank, and
     /// when the first began.
-    pub parted: (u64, Option<f64>),
+    pub subdivided_steps: (u64, Option<f64>),
 }
 
 /// A run without its model: everything that an error can carry.
@@ -156,7 +169,7 @@ pub(crate) struct Trajectory<M: Model> {
     pub(crate) formulation: Option<(Formulation, String)>,
     pub(crate) stabilization: StabilizationCounts,
     /// Events whose functions constraints held at zero.
-    pub(crate) kept: Vec<String>,
+    pub(crate) masked_events: Vec<String>,
     /// States between steps are put onto the constraints.
     pub(crate) consistent: bool,
     /// Its error, where a second run estimated it.
@@ -169,7 +182,7 @@ impl<M: Model> Clone for Trajectory<M> {
             erased_method: self.erased_method.clone(),
             relay: self.relay.clone(),
             reason: self.reason.clone(),
-            kept: self.kept.clone(),
+            masked_events: self.masked_events.clone(),
             formulation: self.formulation.clone(),
             records: self.records.clone(),
             output_times: self.output_times.clone(),

@@ -1,37 +1,51 @@
 //! Accuracy diagnostics: why the error of a motion may be far larger than its tolerance suggests.
 //!
-//! A step control bounds the error of each step. It does not see five sources of error, which are searched
-//! here at the recorded steps: tolerances below the rounding of the values; energy drift that permitted
-//! errors do not explain; forces between the stages of a step (`undersampled_force.rs`); instability that
-//! long steps pass over (`missed_instability.rs`); and the accumulation of step errors by the motion
-//! (`step_doubling.rs`). The last is an estimate of the global error, as a rule no smaller than the error and
-//! at most four times as large. [`Simulation::estimate_error`](crate::simulate::Simulation::estimate_error)
-//! is more reliable: its second run chooses its own steps.
+//! A step control bounds the error of each step. It does not see six things, which are searched here at the
+//! recorded steps: tolerances below the rounding of the values; energy drift that permitted errors do not
+//! explain; forces between the stages of a step (`undersampled_force.rs`); instability that long steps pass
+//! over (`missed_instability.rs`); stiffness that short steps hide (`stiffness.rs`); and the accumulation of
+//! step errors by the motion (`step_doubling.rs`). The last is an estimate of the global error, as a rule no
+//! smaller than the error and at most four times as large.
+//! [`Simulation::estimate_error`](crate::simulate::Simulation::estimate_error) is more reliable: its second
+//! run chooses its own steps.
 
 use core::fmt;
 
 use crate::integrate::{Method, Tolerances};
 use crate::model::{ModelState, SimulationModel, Vector};
+use crate::simulate::trajectory::global_error::LARGE_ERROR;
 use crate::simulate::trajectory::motion::Motion;
 use crate::simulate::verification::missed_instability::MissedInstability;
 use crate::simulate::verification::step_doubling::StepDoubling;
 use crate::simulate::verification::undersampled_force::UndersampledForce;
 use crate::wording::{Rounded, Times};
 
-/// Errors above this many tolerances are a warning.
-pub(crate) const LARGE_ERROR: f64 = 1e3;
-/// Errors above this many tolerances are reported in a line that is no warning.
+/// Errors above this many tolerances are reported in a line that is no warning. It is the bound at which
+/// `docs/warnings-judged.md` counts an error as beyond its tolerance. A smaller value prints the line for
+/// ordinary motions, a larger one is silent about errors that users would want to see.
 pub(crate) const NOTABLE_ERROR: f64 = 10.0;
 /// Errors by step doubling above this many tolerances are a warning: for motions that are not stiff, and for
-/// stiff ones, whose errors mostly decay.
+/// stiff ones, whose errors mostly decay. Smaller values warn of motions that amplify errors as such motions
+/// do, larger ones are silent where digits are lost. `docs/warnings-judged.md` counts false and missing
+/// warnings at these bounds; `JUDGED` (CONTRIBUTING, "How to add a check") counts them again.
 const LARGE_DOUBLING_ERROR: (f64, f64) = (300.0, 60.0);
 /// Permitted errors of fewer units in the last place are below rounding: the stages of a step make about as
-/// many.
+/// many. With a smaller value steps that rounding decides are not reported, with a larger one tolerances are
+/// that steps still keep.
 const MIN_ROUNDING_UNITS: f64 = 10.0;
 /// Label of the line about the accuracy that is no warning.
 const ACCURACY_LABEL: &str = "\n  accuracy     ";
-/// Number of states at which the change of energy by permitted errors is computed.
+/// Number of states at which the change of energy by permitted errors is computed, by one evaluation for each
+/// coordinate and velocity. With fewer the largest change may be missed, and the drift is overrated; more
+/// cost evaluations.
 const SAMPLES: usize = 16;
+/// Part of the energy's scale that counts as rounding of its drift, in units in the last place: sums of many
+/// terms over many steps. A smaller value takes rounding of the energy for a drift at tolerances near 1e-14,
+/// a larger one hides drift.
+const ENERGY_ROUNDING_UNITS: f64 = 1e3;
+/// Least displacement for the derivatives of the energy, in parts of 1 + |value|. With a smaller one,
+/// rounding of the energy exceeds the difference; with a larger one, its curvature does.
+const ENERGY_DISPLACEMENT: f64 = 1e-6;
 
 /// A value whose permitted error is below its rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -160,7 +174,7 @@ impl<M: SimulationModel> Motion<'_, M> {
             below_rounding: self.below_rounding(),
             // Rounding of the energy is subtracted from the drift.
             energy: (permitted > 0.0 && !drift.is_nan())
-                .then(|| (drift - 1e3 * f64::EPSILON * scale).max(0.0) / permitted),
+                .then(|| (drift - ENERGY_ROUNDING_UNITS * f64::EPSILON * scale).max(0.0) / permitted),
             energy_part,
             fixed,
             step_doubling: doubling.map(|StepDoubling { lasting, .. }| lasting),
@@ -214,7 +228,7 @@ impl<M: SimulationModel> Motion<'_, M> {
                     Some(i) => &mut moved.u_mut()[i],
                 };
                 let permitted = tolerances.scale(*part, *part);
-                let step = permitted.max(1e-6 * (1.0 + part.abs()));
+                let step = permitted.max(ENERGY_DISPLACEMENT * (1.0 + part.abs()));
                 *part += step;
                 sum += (self.model().energy_function(&moved) - here).abs() * permitted / step;
             }

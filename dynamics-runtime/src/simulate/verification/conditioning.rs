@@ -38,18 +38,21 @@ pub struct Conditioning {
 /// Singular positions are searched only in models of up to so many coordinates: the condition number of the
 /// constraints takes 30 n³ operations at every quarter of a step.
 const MOST_COORDINATES: usize = 32;
-/// A condition number of n coordinates takes as long as n²/8 evaluations of the accelerations, measured on a
-/// chain of 45 masses, whose accelerations take time in proportion to n. The search takes as long as the run,
-/// but looks at [`MIN_STATES`] at least.
+/// The condition number of M is computed so many times for each evaluation of the accelerations in the run,
+/// divided by the square n² of the number of coordinates. One takes as long as n²/8 evaluations, measured
+/// on a chain of 45 masses, whose accelerations take time in proportion to n. So all together take as long as
+/// the run. A smaller value looks at fewer states.
 const CONDITIONS_PER_EVALUATION: f64 = 8.0;
+/// Number of states whose condition number is computed however long that takes.
 const MIN_STATES: usize = 8;
 /// κ of M from which on the inertia on the constrained velocities is used instead: M alone would lose half
 /// of the digits.
 const CONSTRAINED_CONDITION: f64 = 1e8;
 /// Parts of every step at whose ends the conditioning of the constraints is computed.
 const PARTS_PER_STEP: usize = 4;
-/// A peak of the condition number above this is a singular position.
-const SINGULAR_CONDITION: f64 = 1e4;
+/// A peak of the condition number above this is a singular position that the motion passed. A smaller value
+/// counts near misses of ordinary mechanisms, a larger one misses positions between the quarters of a step.
+const PASSED_CONDITION: f64 = 1e4;
 /// Constraints that miss a singular position by fewer permitted errors than this cannot be told from those
 /// that have it: the steps do not decide whether the motion turns round.
 const MISSED_ERRORS: f64 = 100.0;
@@ -57,8 +60,8 @@ const MISSED_ERRORS: f64 = 100.0;
 /// Where a motion has been nearest to a singular position of its constraints, or in one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NearestSingularPosition {
-    /// Largest over smallest singular value of Φ_q, coordinates measured by √Mᵢᵢ and the rows of a constraint
-    /// by the longest of them.
+    /// Largest over smallest singular value of Φ_q, coordinates measured by √Mᵢᵢ and the rows of a
+    /// constraint by the longest of them.
     pub condition: f64,
     /// When.
     pub time: f64,
@@ -66,8 +69,8 @@ pub struct NearestSingularPosition {
     pub rows: TopContributors,
     /// The coordinates that they come to leave open there.
     pub coordinates: TopContributors,
-    /// How many singular positions the motion has passed: places where the conditioning is above 10⁴ between
-    /// states where it is not.
+    /// How many singular positions the motion has passed: places where the conditioning is above 10⁴
+    /// between states where it is not.
     pub passed: usize,
     /// The first of them in which the constraints do not hold: by how much they miss it, in lengths of
     /// coordinates, up to a hundred permitted errors, and when. Branches cross in a singular position and
@@ -115,7 +118,7 @@ impl<M: SimulationModel> Motion<'_, M> {
             let mut value = |t: f64| gradient_condition(self.model(), &sampler.at(t));
             let top = golden_section_maximum(before.0, after.0, &mut value);
             let top = if top.1 >= here.1 { top } else { here };
-            if top.1 > SINGULAR_CONDITION {
+            if top.1 > PASSED_CONDITION {
                 passed += 1;
                 missed = missed.or_else(|| self.singular_position_missed(&sampler.at(top.0)));
             }

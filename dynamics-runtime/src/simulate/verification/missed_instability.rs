@@ -33,11 +33,15 @@ const MOST_COORDINATES: usize = 100;
 /// Numbers of implicit substeps within a step: z up to their number is resolved. More are tried only while
 /// n² times their number is at most [`MAX_OPERATIONS`].
 const SUBSTEPS: [usize; 3] = [64, 1024, 16_384];
+/// See [`SUBSTEPS`].
 const MAX_OPERATIONS: usize = 10_000_000;
-/// Least growth in a step, least growth in all examined steps together, and factor by which the method may
-/// fall short of it.
+/// Least growth in a step. The frozen linearised equations are wrong by a factor, so that less growth is not
+/// known.
 const MIN_STEP_GROWTH: f64 = 100.0;
+/// Least growth in all examined steps together. A smaller value reports growth that the errors of the frozen
+/// equations may explain, a larger one misses motions that leave slowly.
 const MIN_TOTAL_GROWTH: f64 = 1e3;
+/// Factor by which the growth that the method shows may fall short of that of the equations.
 const MIN_LOST_GROWTH: f64 = 10.0;
 /// Growth is followed up to this factor.
 const MAX_GROWTH: f64 = 1e30;

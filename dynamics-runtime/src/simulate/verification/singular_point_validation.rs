@@ -34,8 +34,10 @@ const DIFFERENCE_STEP: f64 = 1e-5;
 /// Singular values of Newton's matrix below this part of the largest leave directions open, in which
 /// positions of this kind form a family.
 const OPEN_DIRECTION_TOLERANCE: f64 = 1e-7;
-/// Singular values of unit rows below this come from rows that repeat others.
-const RANK_TOLERANCE: f64 = 1e-6;
+/// Singular values of unit rows below this come from rows that repeat others. With a smaller value rounding
+/// of a repeated row counts as a row of its own; with a larger one the row that a singular position nearly
+/// loses counts as repeated, and nothing is found.
+const REPEATED_ROW_TOLERANCE: f64 = 1e-6;
 /// Largest ratio of smallest and largest singular value near a singular position.
 const SINGULAR_RATIO: f64 = 0.05;
 /// |β| of crossing branches, in parts of 1 + |q|: rounding.
@@ -89,7 +91,9 @@ fn critical_residual(
         return None;
     }
     let values = kept.singular_values();
-    if kept.rank(RANK_TOLERANCE) != all.rank(RANK_TOLERANCE) || values.min() > SINGULAR_RATIO * values.max() {
+    if kept.rank(REPEATED_ROW_TOLERANCE) != all.rank(REPEATED_ROW_TOLERANCE)
+        || values.min() > SINGULAR_RATIO * values.max()
+    {
         return None;
     }
     let n = start.len() - 1;

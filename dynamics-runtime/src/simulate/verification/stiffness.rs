@@ -1,12 +1,13 @@
 //! Stiffness of a motion whose steps do not show it.
 //!
 //! Hairer's test finds steps at the border of stability, and runs that choose their method try implicit steps
-//! that pass over it (`run/stiffness_detection.rs`). A method that the user chose, at small tolerances, does
-//! neither. Its error estimate, which grows as a high power of h λ, keeps the steps inside the border, and
-//! takes a hundred times as many as the motion needs. So implicit steps are tried here from some states of
-//! the motion. The motion is stiff for its method where such steps are permitted, and a step of the method of
-//! a fifth of their length is not. The second condition excludes steps that were asked to be short. Lengths
-//! are averages of the steps nearby, because below 1e-12 rounding determines the error estimates.
+//! that pass over it (`run/monitors/stiffness_detection.rs`). A method that the user chose, at small
+//! tolerances, does neither. Its error estimate, which grows as a high power of h λ, keeps the steps inside
+//! the border, and takes a hundred times as many as the motion needs. So implicit steps are tried here from
+//! some states of the motion. The motion is stiff for its method where such steps are permitted, and a step
+//! of the method of a fifth of their length is not. The second condition excludes steps that were asked to be
+//! short. Lengths are averages of the steps nearby, because below 1e-12 rounding determines the error
+//! estimates.
 
 use crate::integrate::choice::Radau5;
 use crate::integrate::{Accelerations as _, Phase, Step, StepNode, zip};

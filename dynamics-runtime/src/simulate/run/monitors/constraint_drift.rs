@@ -1,7 +1,7 @@
 //! Constraint drift: ends a motion whose constraints have drifted too far, or whose drift decides its
 //! direction.
 //!
-//! Drift is measured in `stabilization/drift_monitor.rs`; formulations that project have none. Near a
+//! Drift is measured in `stabilization/drift_inspection.rs`; formulations that project have none. Near a
 //! singular position the drift would choose the branch: that is `BranchUndetermined`. Elsewhere the drift
 //! limit applies.
 
@@ -19,7 +19,8 @@ use crate::simulate::stabilization::{DriftVerdict, Drifted};
 
 /// Largest influence of drift where the condition does not show a singular position. The condition of a
 /// single row is always 1, although its gradient may vanish. Then the shortening of the gradient counts, with
-/// this larger bound.
+/// this larger bound. A smaller value ends motions in which a gradient is short for another reason; with a
+/// larger one drift decides the direction where a single row vanishes.
 const MAX_INFLUENCE_OF_ONE_ROW: f64 = 0.1;
 
 /// Checks every step of a formulation that does not project.

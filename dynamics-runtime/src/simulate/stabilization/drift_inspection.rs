@@ -1,4 +1,4 @@
-//! The drift monitor: how far constraints have drifted where a formulation lets them, and whether the drift
+//! Drift inspection: how far constraints have drifted where a formulation lets them, and whether the drift
 //! decides the direction of the motion.
 //!
 //! A full inspection finds both and takes as long as half a step of a method of high order (Andrews'
@@ -22,16 +22,20 @@ use crate::error::SolveError;
 use crate::linalg::{max_abs, norm};
 use crate::math;
 use crate::model::{ActiveSet, Constraints, ModelState, Vector};
-use crate::simulate::stabilization::adaptive_gain::DriftInfluence;
-use crate::simulate::stabilization::near_singular::{DriftProbe, MAX_DRIFT_INFLUENCE, ProbedState};
+use crate::simulate::stabilization::near_singular::{
+    DriftInfluence, DriftProbe, MAX_DRIFT_INFLUENCE, ProbedState,
+};
 use crate::simulate::stabilization::{Distances, Stabilization};
 
 /// Steps for which an inspection predicts those that follow, as the directions of the gradients change. The
-/// number doubles up to [`MAX_STEPS_UNINSPECTED`] with each inspection that confirms the prediction.
+/// number doubles up to [`MAX_STEPS_UNINSPECTED`] with each inspection that confirms the prediction. Smaller
+/// values cost more full inspections, each half a step of a method of high order. With larger ones a
+/// prediction is used where the gradients have turned; for what was measured see [`INSPECTED_INFLUENCE`].
 const MIN_STEPS_UNINSPECTED: u32 = 3;
 /// See [`MIN_STEPS_UNINSPECTED`].
 const MAX_STEPS_UNINSPECTED: u32 = 12;
-/// An inspection confirms a prediction if it finds at most so many times the predicted influence.
+/// An inspection confirms a prediction if it finds at most so many times the predicted influence. A smaller
+/// value inspects more steps; a larger one trusts predictions that were too small.
 const CONFIRMED_PREDICTION: f64 = 3.0;
 /// Predicted influence below which a step is not inspected, in parts of the velocity: a three-hundredth of
 /// what the summary warns of. After [`MIN_STEPS_UNINSPECTED`] steps the bound falls with the age of the
@@ -44,7 +48,9 @@ const CONFIRMED_PREDICTION: f64 = 3.0;
 /// the warning.
 const INSPECTED_INFLUENCE: f64 = 1e-6;
 /// Lengths of gradients above this part of those at the inspection, and below [`MAX_SIMILAR_LENGTH`] times
-/// the reference, are similar: reference lengths of the inspection are then still valid.
+/// the reference, are similar: reference lengths of the inspection are then still valid. A narrower range
+/// computes them again more often, by gradients at a displaced state; a wider one judges drift by lengths
+/// that the gradients no longer have.
 const MIN_SIMILAR_LENGTH: f64 = 0.5;
 /// See [`MIN_SIMILAR_LENGTH`].
 const MAX_SIMILAR_LENGTH: f64 = 2.0;
