@@ -230,9 +230,9 @@ impl<M: Simulate + Powers> Backbone<'_, M> {
     /// Projects positions and velocities onto the constraints.
     fn project(&self, state: &mut M::State) -> Result<(), SolveError> {
         let constants = self.model.constants().map_err(SolveError::from)?;
-        with_workspace::<M, _>(|memory| {
-            project_positions(self.model, &constants, state, memory)?;
-            project_velocities(self.model, &constants, state, memory)
+        with_workspace::<M, _>(|workspace| {
+            project_positions(self.model, &constants, state, workspace)?;
+            project_velocities(self.model, &constants, state, workspace)
         })?;
         Ok(())
     }

@@ -84,7 +84,7 @@ const DEFAULT_POINTS: usize = 2000;
 const RANK_TOLERANCE_AT_START: f64 = 1e-12;
 /// Where ignorable coordinates are looked for beside the start: changes of the coordinates in their scales,
 /// and of the parameter in its range. No symmetry of a model maps these points to each other or to the start.
-const PROBES_OF_IGNORABLE: [[f64; 2]; 2] = [[0.037, 1e-3], [-0.071, -1e-3]];
+const IGNORABLE_PROBES: [[f64; 2]; 2] = [[0.037, 1e-3], [-0.071, -1e-3]];
 /// Rows and columns of [K, F_p] below this share of the largest element are zero, up to rounding. A
 /// coordinate with a real stiffness below that is taken for an ignorable one, and stands still.
 const IGNORABLE_SHARE: f64 = 1e-14;
@@ -325,7 +325,7 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
     fn ignorable(&self, balance: &problem::Balance<M>) -> alloc::vec::Vec<usize> {
         let coordinates = &balance.statics.tangent.coordinates;
         let mut places = alloc::vec![balance.place];
-        for [of_q, of_p] in PROBES_OF_IGNORABLE {
+        for [of_q, of_p] in IGNORABLE_PROBES {
             let by = nalgebra::DVector::from_fn(balance.lift.ncols(), |j, _| match j < balance.size() {
                 true => of_q * self.scale_of(balance, j) / (1.0 + j as f64),
                 false => of_p * self.widths[j - balance.size()],

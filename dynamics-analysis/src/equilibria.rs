@@ -37,7 +37,7 @@ use dynamics_runtime::error::{SolveError, StateError};
 use dynamics_runtime::model::{Constraints, ModelState, Powers, Quantity, Vector};
 use nalgebra::DVector;
 
-pub(crate) use balanced_svd::Equilibrated;
+pub(crate) use balanced_svd::{Equilibrated, ZERO_SINGULAR_VALUE};
 pub use error::EquilibriumError;
 pub(crate) use rounding::FORCE_NOISE_FACTOR;
 pub use search::{EquilibriumSearch, EquilibriumSet};
@@ -54,13 +54,19 @@ pub(super) use statics::{Statics, scales};
 
 /// Residual forces that may be left at another time, as a multiple of those that the search left.
 const RESIDUAL_FACTOR: f64 = 10.0;
-/// Up to this time after a state, in s, forces are sampled every twentieth of a second.
-const DENSE_UNTIL: f64 = 100.0;
+/// Up to this time after a state, in s, forces are sampled densely.
+const DENSE_UNTIL: u32 = 100;
+/// Dense samples per second.
+const DENSE_SAMPLES_PER_SECOND: u32 = 20;
+/// The time between dense samples, in s: a twentieth of a second.
+const DENSE_INTERVAL: f64 = 0.05;
+/// Ratio of later sample times.
+const LATE_RATIO: f64 = 1.02;
 /// Up to about this time after a state, in s, forces are sampled.
 const SAMPLED_UNTIL: f64 = 1e6;
 /// Displacements along a direction without inertia at which balance is checked, for a largest element of 1:
 /// in rad for polar angles, so that they are no symmetric positions.
-const POLE_PROBES: [f64; 3] = [0.37, -1.71, 2.93];
+const IGNORABLE_PROBES: [f64; 3] = [0.37, -1.71, 2.93];
 /// Later times at which balance at rest is checked, in s. They are no multiples of usual periods, so that a
 /// periodic force is at another phase.
 const LATER_AT_REST: [f64; 3] = [0.7310, 97.31, 1.1317e4];
@@ -192,7 +198,7 @@ fn find_holding<M: Constraints>(
     }
     // Newton's method, from the start projected onto the constraints.
     let constants = model.constants().map_err(SolveError::from)?;
-    with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut start, memory))?;
+    with_workspace::<M, _>(|workspace| project_positions(model, &constants, &mut start, workspace))?;
     let first = Statics::of(model, &start, &[])?;
     let EquilibriumSolution { state, statics, iterations, uncertainty } = newton::solve(model, start)?;
     // Check that balance is real: no pole of the coordinates, no corner of the forces, and no change with
@@ -257,7 +263,7 @@ fn check_pole<M: Constraints>(
     allowed: &DVector<f64>,
 ) -> Result<(), EquilibriumError> {
     let coordinate = M::COORDINATES[along.iamax()].name;
-    for part in POLE_PROBES {
+    for part in IGNORABLE_PROBES {
         let moved = displaced(state, &(along * (part / along.amax())));
         let left = Statics::of(model, &moved, &[])?.force.amax();
         // The largest allowed force counts, because other coordinates may be independent there.
@@ -348,8 +354,10 @@ fn after_time<S: ModelState>(state: &S, after: f64) -> S {
 /// Times after a state, in s, at which forces are sampled: every twentieth of a second up to 100 s, then in
 /// steps of a fiftieth of the time up to 10⁶ s.
 fn sample_times() -> impl Iterator<Item = f64> {
-    let late = core::iter::successors(Some(DENSE_UNTIL), |t: &f64| (*t < SAMPLED_UNTIL).then_some(1.02 * t));
-    (1..2000).map(|k| 0.05 * f64::from(k)).chain(late)
+    let late = core::iter::successors(Some(f64::from(DENSE_UNTIL)), |t: &f64| {
+        (*t < SAMPLED_UNTIL).then_some(LATE_RATIO * t)
+    });
+    (1..DENSE_SAMPLES_PER_SECOND * DENSE_UNTIL).map(|k| DENSE_INTERVAL * f64::from(k)).chain(late)
 }
 
 /// Checks that forces balance at [`sample_times`], at the positions that the motion has reached by then.

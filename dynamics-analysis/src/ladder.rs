@@ -47,9 +47,6 @@ const DEFAULT_TOLERANCE: f64 = 1e-9;
 /// The tightest tolerance of a comparison: a hundredth of it, 10⁻¹⁴, is still a tolerance that methods
 /// keep.
 const MIN_TOLERANCE: f64 = 1e-12;
-/// Time for the repeats of each rung unless it is set: some dozens of runs of a millisecond, and no wait that
-/// one notices for a few rungs.
-const DEFAULT_EFFORT: Duration = Duration::from_millis(60);
 /// Number of equal intervals of the common times unless it is set: a chart shows no more points. The steps of
 /// all runs join them, so that no peak is missed.
 const DEFAULT_INTERVALS: usize = 1000;
@@ -76,7 +73,7 @@ pub fn compare<'m>(scene: impl Into<String>) -> Ladder<'m> {
         end: None,
         tolerance: DEFAULT_TOLERANCE,
         intervals: DEFAULT_INTERVALS,
-        effort: DEFAULT_EFFORT,
+        effort: crate::runs::DEFAULT_EFFORT,
     }
 }
 

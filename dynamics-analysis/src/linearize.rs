@@ -42,7 +42,7 @@ pub use modes::Mode;
 pub(super) use modes::eigenvector;
 pub(super) use reduce::{Tangent, indices, scales};
 pub(super) use spectrum::{drop_rounding, matrix_eigenvalues, potential_stiffness, undamped_modes};
-pub(super) use steady::{COMPARISON_TIMES, state_after};
+pub(super) use steady::{COMPARISON_TIMES, MAX_COEFFICIENT_CHANGE, state_after};
 
 /// Linear equations of small motions, in C independent coordinates z and F ≤ C independent velocities v,
 /// with W inputs.

@@ -12,6 +12,13 @@ use std::time::Instant;
 use dynamics_runtime::model::{ModelState, Vector};
 use dynamics_runtime::simulate::{Simulate, Simulation};
 
+/// Time for the repeats of one run unless it is set: some dozens of runs of a millisecond. A study of
+/// some forty runs takes a few seconds.
+pub(super) const DEFAULT_EFFORT: Duration = Duration::from_millis(60);
+/// Errors and differences below this share of their uncertainty are drawn at it. How far below they are is
+/// not known, and rounding would stretch the axis.
+pub(super) const PLOT_FLOOR_SHARE: f64 = 0.1;
+
 /// Number of rounds. With three, a disturbance of one round leaves the median of the other two.
 const TIMING_ROUNDS: u32 = 3;
 /// Most repeats of a run in one round. It bounds the repeats of very short runs; an odd number has a middle.
@@ -25,7 +32,7 @@ const SHORTEST_RUN: Duration = Duration::from_nanos(100);
 const MAX_REFERENCE_STEP: f64 = 2e-3;
 /// The longest step is set only if it is larger than this many roundings of the time. Shorter steps would be
 /// dominated by the rounding of the time.
-const LEAST_STEP_IN_ROUNDINGS: f64 = 1e3;
+const MIN_STEP_IN_ROUNDINGS: f64 = 1e3;
 
 /// The simulation with steps of at most [`MAX_REFERENCE_STEP`], if time resolves them.
 pub(super) fn with_short_steps<'m, M: Simulate>(
@@ -33,7 +40,7 @@ pub(super) fn with_short_steps<'m, M: Simulate>(
     (start, end): (f64, f64),
 ) -> Simulation<'m, M> {
     let longest = MAX_REFERENCE_STEP * (end - start).abs();
-    let resolved = longest > LEAST_STEP_IN_ROUNDINGS * f64::EPSILON * end.abs().max(start.abs());
+    let resolved = longest > MIN_STEP_IN_ROUNDINGS * f64::EPSILON * end.abs().max(start.abs());
     if resolved { simulation.max_step(longest) } else { simulation }
 }
 

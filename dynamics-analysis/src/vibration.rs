@@ -43,6 +43,7 @@ pub use fourier::{Spectrum, Window};
 pub use frequency_response::{FrequencyResponse, frequencies};
 pub use lowest::{LowestModes, lowest_modes};
 pub use mode_animation::ModeAnimation;
+pub(crate) use normal_modes::MIN_SQUARED_FREQUENCY;
 pub use normal_modes::NormalModes;
 pub use resonance::{Gain, Peak};
 pub(crate) use state_space::of_model;

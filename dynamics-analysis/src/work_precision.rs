@@ -63,9 +63,6 @@ struct Candidate<'m, M: Simulate> {
 /// Negative decimal exponents of the tolerances unless they are set: from a sketch to all digits but one or
 /// two.
 const DEFAULT_TOLERANCE_DECADES: core::ops::RangeInclusive<i32> = 3..=13;
-/// Time for the repeats of one run unless it is set. A study has some forty runs, so that they take a few
-/// seconds.
-const DEFAULT_EFFORT: Duration = Duration::from_millis(60);
 
 /// A study of methods on one motion, with its options, before it runs.
 ///
@@ -107,7 +104,7 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
             steps: Vec::new(),
             options: None,
             reference: None,
-            effort: DEFAULT_EFFORT,
+            effort: runs::DEFAULT_EFFORT,
         }
     }
 

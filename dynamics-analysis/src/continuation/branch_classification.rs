@@ -24,8 +24,8 @@ use super::trace::{MAX_CORRECTION_AT_BRANCH_POINT, Sample, Tracer};
 const FIRST_PROBE_DISTANCE: f64 = 1e-2;
 /// Each next distance is this share of the last.
 const PROBE_DISTANCE_RATIO: f64 = 0.25;
-/// Number of distances: the last one is 10⁻² / 4¹³ = 1.5·10⁻¹⁰. Branch points that are 10⁻⁵
-/// difference need distances below that; nearer than the last one rounding decides.
+/// Number of distances: the last one is 10⁻² / 4¹³ = 1.5·10⁻¹⁰. Two branch points 10⁻⁵ apart
+/// need distances below that; nearer than the last one rounding decides.
 const PROBE_COUNT: usize = 14;
 /// Larger distances, for arms along which the parameter does not change measurably at the first one.
 const FAR_PROBE_DISTANCES: [f64; 5] = [0.1, 1.0, 10.0, 100.0, 1000.0];
@@ -65,7 +65,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         // A pitchfork is supercritical if the arms have fewer negative stiffnesses than the straight branch
         // at the same value of the parameter. A little farther on the straight branch may have changed once
         // more.
-        let h = (bent.place().p[0] - balance.place.p[0]) / slope;
+        let h = (bent.point().p[0] - balance.place.p[0]) / slope;
         match self.point_on_arm(balance, &straight.scaled(h.signum()), h.abs()) {
             Some(straight_point) => SpecialKind::Pitchfork {
                 supercritical: bent.test_functions.negative_count()
@@ -84,7 +84,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             let [plus, minus] =
                 [1.0, -1.0].map(|sign| self.point_on_arm(balance, &direction.scaled(sign), h));
             let places = [plus?, minus?];
-            let changes = [&places[0], &places[1]].map(|sample| sample.place().p[0] - star);
+            let changes = [&places[0], &places[1]].map(|sample| sample.point().p[0] - star);
             Some((places, 0.5 * (changes[0] + changes[1]), 0.5 * (changes[0] - changes[1])))
         };
         // From large distances to small ones, until the difference of both sides is linear or rounding.

@@ -86,7 +86,7 @@ fn nearest_pair(eigenvalues: &[Complex<f64>], like: Complex<f64>) -> Option<Comp
 
 /// The eigenvalues of small motions about a point.
 fn spectrum<M: Constraints>(sample: &Sample<M>) -> Option<Vec<Complex<f64>>> {
-    linearize(&sample.balance.model, &sample.place().state, &[]).ok()?.eigenvalues().ok()
+    linearize(&sample.balance.model, &sample.point().state, &[]).ok()?.eigenvalues().ok()
 }
 
 impl<M: Constraints + Powers> Tracer<'_, M> {
@@ -120,7 +120,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             return self.add(kind, &found.flutter.balance, uncertainty, None, None);
         }
         let (sample, frequency, width) = self.on_axis(found, first);
-        let uncertainty = width * slope + f64::EPSILON * sample.place().p[0].abs();
+        let uncertainty = width * slope + f64::EPSILON * sample.point().p[0].abs();
         self.add(SpecialKind::Hopf { frequency }, &sample.balance, uncertainty, None, None);
     }
 
@@ -200,7 +200,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
 /// Whether a force depends on velocities and changes the energy.
 fn is_damped<M: Constraints>(sample: &Sample<M>) -> bool {
     let largest = |m: &DMatrix<f64>| m.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    let linear = linearize(&sample.balance.model, &sample.place().state, &[]);
+    let linear = linearize(&sample.balance.model, &sample.point().state, &[]);
     linear
         .is_ok_and(|linear| largest(&linear.dissipative()) > DISSIPATION_ROUNDING * largest(&linear.damping))
 }

@@ -78,7 +78,8 @@ impl<M: Constraints + Powers, F: Fn(f64, f64) -> M> HopfCurves<M, F> {
         }
         // A curve that ends with a small and falling frequency ends where the frequency is zero.
         let most = frequencies.iter().fold(0.0, |most: f64, x| most.max(*x));
-        let slow = matches!(&frequencies[..], [.., before, last] if last < before && *last < MAX_RATIO_AT_ZERO_FREQUENCY * most);
+        let limit = MAX_RATIO_AT_ZERO_FREQUENCY * most;
+        let slow = matches!(&frequencies[..], [.., before, last] if last < before && *last < limit);
         let result = |curve: TracedCurve<M::State>, end| HopfCurve {
             points: curve.points,
             frequencies,

@@ -90,7 +90,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             return self.find_special_points(a, &middle, depth + 1)
                 && self.find_special_points(&middle, b, depth + 1);
         }
-        let (from, to) = (a.place(), b.place());
+        let (from, to) = (a.point(), b.point());
         let uncertainty = (to.p[0] - from.p[0]).abs();
         let kind = SpecialKind::MultipleBifurcation { count: count.max(1) };
         self.add(kind, &b.balance, uncertainty, None, None);
@@ -118,10 +118,10 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         // 2. Compute the point from the bordered equations.
         let uncertainty = width * self.problem.widths[0];
         let reach =
-            MAX_CORRECTION_OF_ENCLOSED_POINT * self.problem.distance(a.place(), b.place()) + 10.0 * width;
+            MAX_CORRECTION_OF_ENCLOSED_POINT * self.problem.distance(a.point(), b.point()) + 10.0 * width;
         let soft = crossing.and_then(|k| a.test_functions.matching(k, &best.test_functions));
         let polished = SingularityCondition::near(&best.balance, !is_fold, soft).and_then(|singular| {
-            let place = best.place();
+            let place = best.point();
             self.problem.solve(place, best.coordinates(), None, Some(&singular), reach).ok()
         });
         // 3. Accept it if it lies between both points, and if β is small. β multiplies a force along a
@@ -136,7 +136,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         let push = stiffness * self.displacement_scale(&best.balance);
         let length = self.distance_ahead(a, b);
         let is_between = |balance: &Balance<M>| {
-            let distance = self.problem.dot(&a.tangent, &self.problem.between(a.place(), &balance.place));
+            let distance = self.problem.dot(&a.tangent, &self.problem.between(a.point(), &balance.place));
             (-INTERVAL_TOLERANCE * length..=(1.0 + INTERVAL_TOLERANCE) * length).contains(&distance)
         };
         let polished =
@@ -180,7 +180,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
         }
         let found = SingularityCondition::near(&first.balance, false, None).and_then(|singular| {
             self.problem
-                .solve(first.place(), first.coordinates(), None, Some(&singular), MAX_DISTANCE_TO_FIRST_FOLD)
+                .solve(first.point(), first.coordinates(), None, Some(&singular), MAX_DISTANCE_TO_FIRST_FOLD)
                 .ok()
         });
         let Some(found) = found else { return };
@@ -192,7 +192,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
 
     /// Whether a sign change right after the start belongs to the fold in which the branch begins.
     fn is_first_fold(&self, a: &Sample<M>) -> bool {
-        let is_start = self.points.len() == 1 && self.arclength(a.place()) == 0.0;
+        let is_start = self.points.len() == 1 && self.arclength(a.point()) == 0.0;
         is_start
             && self.special.first().is_some_and(|one| {
                 one.kind == SpecialKind::Fold && one.arclength <= MAX_DISTANCE_TO_FIRST_FOLD
@@ -226,7 +226,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             Some(a.test_functions.matching(k, &b.test_functions)? - a.test_functions.stiffnesses[k])
         };
         let per_stiffness =
-            crossing.and_then(change).map_or(0.0, |d| ((b.place().p[0] - a.place().p[0]) / d).abs());
+            crossing.and_then(change).map_or(0.0, |d| ((b.point().p[0] - a.point().p[0]) / d).abs());
         own_rounding + 8.0 * f64::EPSILON * a.test_functions.stiffest().map_or(0.0, f64::abs) * per_stiffness
     }
 
@@ -284,7 +284,7 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
 
     /// A copy of a sample, computed once more: models need not be `Clone`.
     pub(super) fn duplicate(&self, sample: &Sample<M>) -> Option<Sample<M>> {
-        let balance = self.problem.balance(sample.place(), sample.coordinates()).ok()?;
+        let balance = self.problem.balance(sample.point(), sample.coordinates()).ok()?;
         Some(Sample {
             balance,
             tangent: sample.tangent.clone(),

@@ -84,7 +84,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
         }
         let follow = |arm: Sample<M>| {
             let balance = problem.balance(&place, arm.coordinates())?;
-            let chord = problem.between(&balance.place, arm.place());
+            let chord = problem.between(&balance.place, arm.point());
             let tangent = chord.scaled(1.0 / problem.norm(&chord));
             let first = Sample { balance, tangent, test_functions: arm.test_functions };
             Tracer::new(problem, &self.options, periodic).run(first, true)
@@ -107,7 +107,7 @@ fn find_arms<M: Constraints + Powers>(
 ) -> (Vec<Sample<M>>, usize) {
     let problem = tracer.problem;
     let direction = |to: &Sample<M>| {
-        let chord = problem.between(&balance.place, to.place());
+        let chord = problem.between(&balance.place, to.point());
         chord.scaled(1.0 / problem.norm(&chord))
     };
     let (mut found, mut directions, mut successes): (Vec<Sample<M>>, Vec<Direction>, usize) =
@@ -136,7 +136,7 @@ fn find_arms<M: Constraints + Powers>(
         let to = direction(&sample);
         // It is a new arm if its direction is new.
         let is_known = directions.iter().any(|known| problem.angle(known, &to) < SAME_ARM_ANGLE);
-        if !is_known && problem.distance(&balance.place, sample.place()) > MIN_RELATIVE_DISTANCE * h {
+        if !is_known && problem.distance(&balance.place, sample.point()) > MIN_RELATIVE_DISTANCE * h {
             directions.push(to);
             found.push(sample);
             in_vain = 0;

@@ -21,7 +21,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::hopf_test_function::HopfTest;
 use super::problem::{Balance, ContinuationPoint, ContinuationProblem, Direction};
-use crate::equilibria::{Equilibrated, EquilibriumError};
+use crate::equilibria::{Equilibrated, EquilibriumError, ZERO_SINGULAR_VALUE};
 use crate::linearize::matrix_eigenvalues;
 
 /// Largest number of corrections. The iteration converges quadratically from a guess at the distance of a
@@ -43,9 +43,6 @@ const MAX_TEST_RESIDUAL: f64 = 1e-7;
 /// If the ratio of the smallest to the largest pivot of a balanced matrix is below this, the system is solved
 /// by singular values instead of by elimination: fewer than four digits would be left.
 const MIN_PIVOT_RATIO: f64 = 1e-12;
-/// Singular values of a balanced matrix below this are zero. Its elements are at most 1, so that rounding
-/// leaves about 10⁻¹⁶ times its size.
-const ZERO_SINGULAR_VALUE: f64 = 1e-13;
 
 /// A further equation for a point beside balance: K is singular, or has eigenvalues on the imaginary axis.
 pub(super) struct SingularityCondition {

@@ -157,7 +157,7 @@ impl<M: Constraints + Powers, F: Fn(f64) -> M> Continuation<M, F> {
             // The first tangent is the chord to a point of the other branch nearby.
             let direction = other.scaled(sign);
             let sample = probe_distances().find_map(|h| tracer.point_on_arm(&balance, &direction, h))?;
-            let chord = problem.between(&balance.place, sample.place());
+            let chord = problem.between(&balance.place, sample.point());
             let tangent = chord.scaled(1.0 / problem.norm(&chord));
             let test_functions = sample.test_functions;
             Some(Sample { balance, tangent, test_functions })

@@ -60,8 +60,8 @@ const MAX_CORRECTION: f64 = 0.5;
 pub(super) const MAX_CORRECTION_AT_BRANCH_POINT: f64 = 3.0;
 /// A closed branch has more points than this.
 const MIN_POINTS_BEFORE_CLOSURE: usize = 3;
-/// A chord passes the first point of a closed branch within this share of the step: steps in which the
-/// tangent turns by less than 0.35 rad deviate from their chord by half of that.
+/// A chord passes the first point of a closed branch within this share of the step: arcs whose
+/// tangent turns by less than 0.35 rad leave it by at most 0.044 of its length.
 const MAX_CHORD_DISTANCE: f64 = 0.1;
 /// Steps that needed more corrections than this are followed by shorter ones.
 const MAX_EASY_CORRECTIONS: usize = 6;
@@ -88,7 +88,7 @@ pub(super) struct Sample<M: Constraints> {
 }
 
 impl<M: Constraints> Sample<M> {
-    pub(super) fn place(&self) -> &ContinuationPoint<M::State> {
+    pub(super) fn point(&self) -> &ContinuationPoint<M::State> {
         &self.balance.place
     }
 
@@ -151,7 +151,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         s: f64,
         reach: f64,
     ) -> Result<(Sample<M>, usize), CorrectorError> {
-        let guess = self.problem.moved(from.place(), &from.tangent.scaled(s));
+        let guess = self.problem.moved(from.point(), &from.tangent.scaled(s));
         let plane = Some((&from.tangent, &guess));
         let corrected = self.problem.solve(&guess, from.coordinates(), plane, None, reach)?;
         Ok((self.sample(corrected.balance, &from.tangent)?, corrected.iterations))
@@ -164,7 +164,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         s: f64,
         reach: f64,
     ) -> Result<(Sample<M>, usize), CorrectorError> {
-        let guess = self.problem.moved(from.place(), &from.tangent.scaled(s));
+        let guess = self.problem.moved(from.point(), &from.tangent.scaled(s));
         let normal = Direction { q: &from.tangent.q * 0.0, p: [1.0, 0.0] };
         let corrected =
             self.problem.solve(&guess, from.coordinates(), Some((&normal, &guess)), None, reach)?;
@@ -178,7 +178,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         branching: bool,
     ) -> Result<Branch<M::State>, ContinuationError<M::State>> {
         let (mut here, mut h) = (first, self.options.first.min(self.options.longest));
-        let (origin, direction) = (*here.place(), here.tangent.clone());
+        let (origin, direction) = (*here.point(), here.tangent.clone());
         self.push_point(&here, 0.0);
         if !branching {
             self.begin_in_fold(&here);
@@ -221,10 +221,10 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
                 continue;
             }
             // The next point is accepted, and the branch ends if it is closed or at an end of the range.
-            let distance = self.problem.distance(here.place(), middle.place())
-                + self.problem.distance(middle.place(), next.place());
+            let distance = self.problem.distance(here.point(), middle.point())
+                + self.problem.distance(middle.point(), next.point());
             if !last && self.passes_start(&origin, &direction, &here, &next) {
-                self.append_start(here.place());
+                self.append_start(here.point());
                 return self.finish_if_time_independent(BranchEnd::Closed);
             }
             self.push_point(&next, distance);
@@ -243,7 +243,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
     fn step(&self, here: &Sample<M>, h: f64, leaving: bool) -> Result<StepOutcome<M>, CorrectorError> {
         let ratio = if leaving { MAX_CORRECTION_AT_BRANCH_POINT } else { MAX_CORRECTION };
         let [lo, hi] = self.options.range;
-        let p = |sample: &Sample<M>| sample.place().p[0];
+        let p = |sample: &Sample<M>| sample.point().p[0];
         let slope = here.tangent.p[0];
         let bound = if slope > 0.0 { hi } else { lo };
         // The predictor ends at the end of the range if that is nearer than h along the tangent.
@@ -294,9 +294,9 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
     ///
     /// The step then led to another branch, or cut a bend.
     fn deviates_from_cubic(&self, here: &Sample<M>, middle: &Sample<M>, next: &Sample<M>) -> bool {
-        let length = self.problem.distance(here.place(), next.place());
-        let chord = self.problem.between(here.place(), next.place());
-        let to = self.problem.between(here.place(), middle.place());
+        let length = self.problem.distance(here.point(), next.point());
+        let chord = self.problem.between(here.point(), next.point());
+        let to = self.problem.between(here.point(), middle.point());
         let (a, b) = (&here.tangent, &next.tangent);
         let cubic = |c: f64, a: f64, b: f64| 0.5 * c + 0.125 * length * (a - b);
         let deviation = Direction {
@@ -318,7 +318,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         bound: f64,
         reach: f64,
     ) -> Result<(Sample<M>, usize), CorrectorError> {
-        let mut guess = self.problem.moved(here.place(), &here.tangent.scaled(s));
+        let mut guess = self.problem.moved(here.point(), &here.tangent.scaled(s));
         guess.p[0] = bound;
         let normal = Direction { q: &here.tangent.q * 0.0, p: [1.0, 0.0] };
         let corrected =
@@ -328,7 +328,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
 
     /// The distance from one point to another along the tangent of the first.
     pub(super) fn distance_ahead(&self, from: &Sample<M>, to: &Sample<M>) -> f64 {
-        self.problem.dot(&from.tangent, &self.problem.between(from.place(), to.place()))
+        self.problem.dot(&from.tangent, &self.problem.between(from.point(), to.point()))
     }
 
     /// Whether the step passes the first point of the branch in its direction. Angles on which the model
@@ -345,7 +345,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
             return false;
         }
         let from_origin = |to: &Sample<M>| {
-            let mut by = self.problem.between(origin, to.place());
+            let mut by = self.problem.between(origin, to.point());
             for (q, _) in by.q.iter_mut().zip(self.periodic).filter(|(_, periodic)| **periodic) {
                 *q -= TAU * (*q / TAU).round();
             }
@@ -353,7 +353,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         };
         let (before, after) = (from_origin(here), from_origin(next));
         let (a, b) = (self.problem.dot(direction, &before), self.problem.dot(direction, &after));
-        let length = self.problem.distance(here.place(), next.place());
+        let length = self.problem.distance(here.point(), next.point());
         if !(a < 0.0 && b >= 0.0) || self.problem.norm(&after) > 2.0 * length {
             return false;
         }
@@ -395,7 +395,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
     /// Appends a point, at this distance from the last one, and judges its stability.
     pub(super) fn push_point(&mut self, sample: &Sample<M>, distance: f64) {
         let arclength = self.points.last().map_or(0.0, |last| last.arclength) + distance;
-        let (place, model) = (sample.place(), &sample.balance.model);
+        let (place, model) = (sample.point(), &sample.balance.model);
         self.derivative_error = self.derivative_error.max(sample.balance.derivative_error);
         let stability = judge(model, &place.state);
         self.points.push(PointOnBranch { parameter: place.p[0], state: place.state, arclength, stability });
@@ -475,7 +475,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
 
     /// The error of a branch on which no step can be taken, with what was computed.
     fn stopped(self, here: &Sample<M>, step: f64, failure: CorrectorError) -> ContinuationError<M::State> {
-        let parameter = here.place().p[0];
+        let parameter = here.point().p[0];
         let failure = match (failure, self.first_change_in_time()) {
             (CorrectorError::Model(reason), None) if reason.is_of_time() => {
                 let known = self.points.len();
@@ -495,7 +495,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
                 branch: Box::new(branch),
             };
         }
-        let beyond = self.problem.moved(here.place(), &here.tangent.scaled(MODEL_PROBE_DISTANCE));
+        let beyond = self.problem.moved(here.point(), &here.tangent.scaled(MODEL_PROBE_DISTANCE));
         let failure =
             self.problem.balance(&beyond, here.coordinates()).err().map_or(failure, CorrectorError::Model);
         let branch = Box::new(self.finish(BranchEnd::Points));
@@ -510,7 +510,7 @@ impl<'t, M: Constraints + Powers> Tracer<'t, M> {
         let singular = SingularityCondition::near(&here.balance, false, None)?;
         let found = self
             .problem
-            .solve(here.place(), here.coordinates(), None, Some(&singular), MAX_DISTANCE_TO_LIMIT)
+            .solve(here.point(), here.coordinates(), None, Some(&singular), MAX_DISTANCE_TO_LIMIT)
             .ok()?;
         let place = found.balance.place;
         Some((place.p[0], place.state))

@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, DVector, SVD};
 
 /// Singular values of the balanced K below this share of the largest are zero. Rounding leaves about
-/// 10⁻¹⁶ times the number of coordinates.
-const ZERO_SINGULAR_VALUE: f64 = 1e-13;
+/// 10⁻¹⁶ times the number of rows.
+pub(crate) const ZERO_SINGULAR_VALUE: f64 = 1e-13;
 
 /// A matrix with balanced rows and columns: R A C, with R and C diagonal, so that the largest element of each
 /// column is 1.

@@ -28,6 +28,7 @@ pub(super) fn projected<M: Constraints>(
     constants: &M::Constants,
     mut state: M::State,
 ) -> Option<M::State> {
-    let projection = with_workspace::<M, _>(|memory| project_positions(model, constants, &mut state, memory));
+    let projection =
+        with_workspace::<M, _>(|workspace| project_positions(model, constants, &mut state, workspace));
     projection.ok().map(|_| state)
 }

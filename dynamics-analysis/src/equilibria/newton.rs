@@ -192,7 +192,7 @@ pub(super) fn solve<M: Constraints>(
         };
         last = if is_near { change } else { f64::INFINITY };
         let Some(next) =
-            next.or_else(|| search.probe_beside(&state, &statics, (&stiffness, &factors), change))
+            next.or_else(|| search.probe_nearby(&state, &statics, (&stiffness, &factors), change))
         else {
             return search.accept(state, statics, &factors, change, iteration);
         };
@@ -234,8 +234,8 @@ impl<M: Constraints> NewtonIteration<'_, M> {
     /// As [`Self::moved`], after a step of all coordinates.
     fn moved_by(&self, state: &M::State, step: &DVector<f64>) -> Option<M::State> {
         let mut next = displaced(state, step);
-        let taken = with_workspace::<M, _>(|memory| {
-            project_positions(self.model, &self.constants, &mut next, memory)
+        let taken = with_workspace::<M, _>(|workspace| {
+            project_positions(self.model, &self.constants, &mut next, workspace)
         });
         let taken = taken.ok()?;
         let size = scales(M::COORDINATES, state.q().as_slice()).into_iter().fold(0.0, f64::max);
@@ -319,7 +319,7 @@ impl<M: Constraints> NewtonIteration<'_, M> {
     /// For a stalled search that is not in balance, a point nearby with a smaller ‖F‖, in the direction
     /// of the force or of the least stiffness. There may be one although ‖F‖ does not fall to first
     /// order.
-    fn probe_beside(
+    fn probe_nearby(
         &self,
         state: &M::State,
         statics: &Statics<M::Rows>,

@@ -163,8 +163,9 @@ impl<M: Constraints> Rolling<'_, M> {
             }
         }
         // The rest is rounding. A longer way back means that the corrections failed.
-        let taken =
-            with_workspace::<M, _>(|memory| project_positions(self.model, &self.constants, state, memory))?;
+        let taken = with_workspace::<M, _>(|workspace| {
+            project_positions(self.model, &self.constants, state, workspace)
+        })?;
         if taken.change > MAX_PROJECTION {
             let (row, distance) = (M::ROWS[0].name, taken.change);
             return Err(

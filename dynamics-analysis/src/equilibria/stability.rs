@@ -40,13 +40,21 @@ use crate::linearize::{Linearization, LinearizeError, eigenvector, linearize, ma
 
 /// Displacements, in the scales of the coordinates, with whose inertia that of a state is compared to find a
 /// pole.
-const POLE_PROBES: [f64; 2] = [0.1, -0.17];
+const NO_INERTIA_PROBES: [f64; 2] = [0.1, -0.17];
 /// Displacements of a coordinate at which its ignorability is tested: in rad for angles, no parts of a turn.
 const IGNORABLE_PROBES: [f64; 3] = [0.37, -1.71, 2.93];
 /// Terms that change by at most this share of their largest element do not depend on a coordinate.
 const IGNORABLE_TOLERANCE: f64 = 1e-13;
 /// Error of an element of a matrix from rounding, relative to the size of its terms: 16 rounding units.
 const ELEMENT_ROUNDING: f64 = 16.0 * f64::EPSILON;
+/// Rounding of a product of matrices, in units ε: elements are sums of rounded products.
+const PRODUCT_ROUNDINGS: f64 = 8.0;
+/// Factor on the bounds of two elements of K within which they are equal.
+const ASYMMETRY_FACTOR: f64 = 4.0;
+/// Rounding of a double zero eigenvalue per row of the matrix, in units ε of its norm.
+const ZERO_EIGENVALUE_ROUNDINGS: f64 = 16.0;
+/// Rounding of the symmetric QR iteration per row of the matrix, in units ε of its elements.
+const ITERATION_ROUNDINGS: f64 = 4.0;
 /// Relative displacements at which the size of the terms of K is measured, beside the full one.
 const STIFFNESS_PROBES: [f64; 2] = [0.3, 0.01];
 
@@ -123,7 +131,7 @@ fn check_no_pole<M: Constraints>(model: &M, state: &M::State) -> Result<(), Equi
     let here = Statics::of(model, state, &[])?;
     let constants = model.constants().map_err(SolveError::from)?;
     let scales = scales(M::COORDINATES, state.q().as_slice());
-    for part in POLE_PROBES {
+    for part in NO_INERTIA_PROBES {
         let spread = |i: usize| part * (1.0 + 0.618 * i as f64).sin();
         let step = DVector::from_fn(scales.len(), |i, _| scales[i] * spread(i));
         // Where no position fulfils the constraints, there is no sample.
@@ -210,7 +218,7 @@ fn routh<M: Constraints>(
         mass: part(m, &kept, &kept) - &m_out * &by_v,
         damping: part(d, &kept, &kept) - &m_out * &by_z - &d_out * &by_v,
         stiffness: part(k, &kept, &kept) - &d_out * &by_z,
-        uncertainty: uncertainty + (d_out.abs() * by_z.abs()) * (8.0 * f64::EPSILON),
+        uncertainty: uncertainty + (d_out.abs() * by_z.abs()) * (PRODUCT_ROUNDINGS * f64::EPSILON),
         names: kept.iter().map(|j| linear.coordinates[*j]).collect(),
     }))
 }
@@ -290,8 +298,9 @@ fn judge_second_order(
     // A direction without stiffness. With follower forces the symmetric part of K may vanish along a
     // direction although K does not. Then a zero eigenvalue of A is looked for.
     let skew = (&linear.stiffness - linear.stiffness.transpose()).abs();
-    let is_symmetric = skew.iter().zip(linear.uncertainty.iter()).all(|(x, error)| *x <= 4.0 * error);
-    let soft = match is_symmetric {
+    let is_symmetric =
+        skew.iter().zip(linear.uncertainty.iter()).all(|(x, error)| *x <= ASYMMETRY_FACTOR * error);
+    let without_stiffness = match is_symmetric {
         true => squares.iter().find(|one| one.value.abs() <= one.uncertainty).map(|one| along(&one.shape)),
         false => spectrum
             .iter()
@@ -300,17 +309,21 @@ fn judge_second_order(
     };
     // A direction without stiffness has a double zero eigenvalue. The iteration leaves it at the rounding of
     // the whole matrix, which can be more than the errors of the elements say.
-    let zero = if soft.is_some() { 16.0 * n as f64 * f64::EPSILON * a.norm() } else { 0.0 };
-    let worst = spectrum.iter().filter(|one| one.value.re > one.uncertainty.max(zero));
-    let worst = worst.max_by(|x, y| x.value.re.total_cmp(&y.value.re));
+    let zero = if without_stiffness.is_some() {
+        ZERO_EIGENVALUE_ROUNDINGS * n as f64 * f64::EPSILON * a.norm()
+    } else {
+        0.0
+    };
+    let growing = spectrum.iter().filter(|one| one.value.re > one.uncertainty.max(zero));
+    let fastest_growth = growing.max_by(|x, y| x.value.re.total_cmp(&y.value.re));
     // The verdict: energy, then growth, then zero stiffness, then damping.
     let definite = squares.iter().all(|one| one.value > one.uncertainty);
     let verdict = if conservative && definite {
         StabilityVerdict::Stable
-    } else if let Some(one) = worst {
-        let coordinate = along(&one.shape.rows(0, n).into_owned());
-        unstable(one, coordinate)
-    } else if let Some(coordinate) = soft {
+    } else if let Some(mode) = fastest_growth {
+        let coordinate = along(&mode.shape.rows(0, n).into_owned());
+        unstable(mode, coordinate)
+    } else if let Some(coordinate) = without_stiffness {
         StabilityVerdict::Marginal(Undecided::NothingResists { coordinate })
     } else if let Some(one) =
         undamped_mode(&spectrum).filter(|_| definite && change == EnergyChange::Dissipated)
@@ -415,7 +428,7 @@ fn squared_frequencies(linear: &SecondOrderSystem) -> Result<Vec<EigenvalueEstim
         let shape = lower.tr_solve_lower_triangular(&vector.into_owned()).ok_or(LinearizeError::Inertia)?;
         // Rounding of the iteration, and the uncertainty of K, on shapes of unit inertia.
         let of_k = shape.abs().dot(&(&linear.uncertainty * shape.abs()));
-        let uncertainty = n as f64 * 4.0 * f64::EPSILON * v.dot(&(&sizes * &v)) + of_k;
+        let uncertainty = n as f64 * ITERATION_ROUNDINGS * f64::EPSILON * v.dot(&(&sizes * &v)) + of_k;
         found.push(EigenvalueEstimate { value: *value, uncertainty, conditioning: 1.0, shape });
     }
     found.sort_by(|a, b| a.value.total_cmp(&b.value));
@@ -442,7 +455,7 @@ fn undamped_spectrum(squares: &[EigenvalueEstimate<f64>]) -> Vec<Eigenvalue> {
 /// The errors of the elements of a matrix that is known to rounding, with those of the iteration for its
 /// eigenvalues.
 fn rounding_of_elements(a: &DMatrix<f64>) -> DMatrix<f64> {
-    a.abs() * (8.0 * a.nrows() as f64 * f64::EPSILON)
+    a.abs() * (PRODUCT_ROUNDINGS * a.nrows() as f64 * f64::EPSILON)
 }
 
 /// The eigenvalues of a matrix with these errors of its elements.

@@ -14,14 +14,11 @@ use super::comparison::{Compared, Comparison, Difference, RungReport};
 use super::error::LadderError;
 use super::verdict::{Verdict, percent};
 use crate::page::{Page, PageSection};
-use crate::runs::repeats_in_words;
+use crate::runs::{PLOT_FLOOR_SHARE, repeats_in_words};
 use crate::table::columns;
 
 /// Accuracies for which a page says which rung suffices.
 const ASKED_ACCURACIES: [f64; 3] = [0.1, 0.01, 0.001];
-/// Differences below this share of their uncertainty are drawn at it. How far below they are is not known,
-/// and rounding would stretch the axis.
-const PLOT_FLOOR_SHARE: f64 = 0.1;
 
 const COMPARISON_LEGEND: &str = "Differences are those from the fullest model; it stands at its own \
     numerical error. Hollow signs lie below the numerical errors of the runs: there the models agree as far \

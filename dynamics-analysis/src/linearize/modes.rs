@@ -50,7 +50,7 @@ impl Mode {
 }
 
 /// Elements of a mode shape, and phases in rad, below this are not printed; the largest element is 1.
-const LEAST_PRINTED: f64 = 1e-6;
+const MIN_PRINTED: f64 = 1e-6;
 /// Number of coordinates of a mode that are printed.
 const PRINTED_COORDINATES: usize = 4;
 
@@ -65,11 +65,11 @@ impl fmt::Display for Mode {
         }
         let mut order: Vec<usize> = (0..self.shape.len()).collect();
         order.sort_by(|i, j| self.shape[*j].norm().total_cmp(&self.shape[*i].norm()));
-        let moves = |i: &usize| self.shape[*i].norm() > LEAST_PRINTED;
+        let moves = |i: &usize| self.shape[*i].norm() > MIN_PRINTED;
         for (k, i) in order.into_iter().take(PRINTED_COORDINATES).filter(moves).enumerate() {
             let (size, phase) = self.shape[i].to_polar();
             write!(f, "{} {} {size:.4}", if k == 0 { ":" } else { "," }, self.coordinates[i].name)?;
-            if phase.abs() > LEAST_PRINTED {
+            if phase.abs() > MIN_PRINTED {
                 write!(f, " at {:.1}°", phase.to_degrees())?;
             }
         }

@@ -53,7 +53,7 @@ pub(super) fn constant_velocities<S: ModelState>(
 
 /// Largest value of a unit below which all its values count as 0. The scale is then 1, instead of a value
 /// that is only rounding.
-const LEAST_SCALE: f64 = 1e-12;
+const MIN_SCALE: f64 = 1e-12;
 
 /// The scale of each coordinate: the largest value among the coordinates of its unit; at least 1 rad for
 /// angles; 1 if all are 0.
@@ -61,7 +61,7 @@ pub(crate) fn scales(coordinates: &[Quantity], values: &[f64]) -> Vec<f64> {
     let of = |unit: &str| {
         let same = coordinates.iter().zip(values).filter(|(coordinate, _)| coordinate.unit == unit);
         let most = same.fold(0.0, |most: f64, (_, value)| most.max(value.abs()));
-        if unit == "rad" || most < LEAST_SCALE { most.max(1.0) } else { most }
+        if unit == "rad" || most < MIN_SCALE { most.max(1.0) } else { most }
     };
     coordinates.iter().map(|coordinate| of(coordinate.unit)).collect()
 }
@@ -133,7 +133,7 @@ impl Tangent {
 /// Inertia of a coordinate without any, relative to the largest: it scales the column for the choice of
 /// pivots like the column of a light coordinate. A smaller value would make such coordinates dependent more
 /// often.
-const LEAST_INERTIA: f64 = 1e-6;
+const MIN_INERTIA: f64 = 1e-6;
 
 /// Gauss–Jordan elimination with complete pivoting, rows and columns scaled: [rows | 1] → [.. 1 ..|
 /// transform].
@@ -152,7 +152,7 @@ impl Elimination {
     fn new(rows: &DMatrix<f64>, mass: &DMatrix<f64>) -> Self {
         let (r, n) = rows.shape();
         let largest = (0..n).map(|i| mass[(i, i)]).fold(0.0, f64::max);
-        let inertia = |i: usize| mass[(i, i)].max(LEAST_INERTIA * largest).max(f64::MIN_POSITIVE);
+        let inertia = |i: usize| mass[(i, i)].max(MIN_INERTIA * largest).max(f64::MIN_POSITIVE);
         let scale: Vec<f64> = (0..n).map(|i| 1.0 / inertia(i).sqrt()).collect();
         let mut transform = DMatrix::identity(r, r);
         let mut scaled = rows.clone();
@@ -230,10 +230,10 @@ impl Elimination {
 /// fail.
 const RANK_COMPARISON_DISTANCE: f64 = 1e-3;
 /// Motion of the other independent coordinates, relative to the first: no symmetry of a model has this ratio.
-const OFF_AXIS_PART: f64 = 0.31;
+const OFF_AXIS_SHARE: f64 = 0.31;
 /// A position nearby counts if an independent coordinate moved at least this part of the distance. Otherwise
 /// the projection fell back to the singular position.
-const LEAST_MOVED_PART: f64 = 0.1;
+const MIN_MOVED_SHARE: f64 = 0.1;
 /// Most independent coordinates that are tried, each in both directions. Each costs two projections.
 const MAX_RANK_DIRECTIONS: usize = 4;
 
@@ -256,7 +256,8 @@ pub(super) fn refuse_singular<M: Constraints>(
         // Mostly one independent coordinate, and a little of the others, so that no symmetry of the model
         // hides the difference.
         let size = |k: usize| RANK_COMPARISON_DISTANCE * scales[tangent.coordinates[k]];
-        let step = |k: usize| sign * size(k) * if k == main { 1.0 } else { OFF_AXIS_PART / (1.0 + k as f64) };
+        let step =
+            |k: usize| sign * size(k) * if k == main { 1.0 } else { OFF_AXIS_SHARE / (1.0 + k as f64) };
         let weights = nalgebra::DVector::from_fn(tangent.coordinates.len(), |k, _| step(k));
         let change = &tangent.positions * weights;
         for (q, d) in nearby.q_mut().as_mut_slice().iter_mut().zip(change.iter()) {
@@ -264,13 +265,12 @@ pub(super) fn refuse_singular<M: Constraints>(
         }
         // If there is no other position on this side, the other side or the other coordinates decide.
         let found =
-            with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut nearby, memory));
+            with_workspace::<M, _>(|workspace| project_positions(model, &constants, &mut nearby, workspace));
         let moved = |k: usize| {
             let i = tangent.coordinates[k];
             (nearby.q().as_slice()[i] - state.q().as_slice()[i]).abs() / size(k)
         };
-        if found.is_err() || (0..tangent.coordinates.len()).map(moved).fold(0.0, f64::max) < LEAST_MOVED_PART
-        {
+        if found.is_err() || (0..tangent.coordinates.len()).map(moved).fold(0.0, f64::max) < MIN_MOVED_SHARE {
             continue;
         }
         any_position = true;

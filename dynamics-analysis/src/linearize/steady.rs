@@ -25,7 +25,7 @@ const ROUNDING_OF_ACCELERATIONS: f64 = 1e-14;
 /// Largest change of the coefficients of a steady motion between now and the comparison times, relative to
 /// the largest of their row. Coefficients that turn with the motion change by about 1e-2 in that time. A
 /// larger value accepts slower changes, a smaller one refuses states that are steady only to a few digits.
-const MAX_COEFFICIENT_CHANGE: f64 = 1e-7;
+pub(crate) const MAX_COEFFICIENT_CHANGE: f64 = 1e-7;
 /// Times after which coefficients are compared, relative to the reciprocal of the largest velocity (1 s at
 /// rest): a hundredth, and √7 hundredths. No period divides both, so no periodic coefficient is the same at
 /// both.
@@ -142,7 +142,7 @@ pub(crate) fn state_after<M: Constraints>(
     for i in 0..M::Vector::LEN {
         later.q_mut().as_mut_slice()[i] += after * (state.u().as_slice()[i] + 0.5 * after * dependent[i]);
     }
-    with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut later, memory)).ok()?;
+    with_workspace::<M, _>(|workspace| project_positions(model, &constants, &mut later, workspace)).ok()?;
     let same = [tangent.coordinates.as_slice(), &tangent.rates];
     let at = |state: &M::State| {
         let derivatives = ModelDerivatives::of(model, state).ok()?;

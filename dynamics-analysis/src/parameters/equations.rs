@@ -37,7 +37,7 @@ const RANK_TOLERANCE_OF_SYSTEM: f64 = 1e-10;
 const MAX_ROW_RESIDUAL: f64 = 1e-6;
 /// Inertia of a coordinate without any as a scale, relative to the largest. A smaller value lets such a
 /// coordinate dominate the scaled system.
-const LEAST_INERTIA: f64 = 1e-6;
+const MIN_INERTIA: f64 = 1e-6;
 
 /// The scale of a parameter or a start: its absolute value, or 1 if it is 0.
 pub(super) fn size(value: f64) -> f64 {
@@ -57,7 +57,7 @@ pub(super) fn fourth_order(values: [DVector<f64>; 4], h: f64) -> DVector<f64> {
 
 /// Least change of a value over a step, relative to its terms. Smaller changes are too near to rounding, and
 /// longer steps are tried.
-const LEAST_CHANGE: f64 = 1e-6;
+const MIN_CHANGE: f64 = 1e-6;
 /// Largest relative distance of the differences of order 2 and 4 with which a derivative is believed. With a
 /// larger one a corner within the step would be believed.
 const MAX_ORDER_DISTANCE: f64 = 1e-3;
@@ -97,7 +97,7 @@ struct Differences {
 /// of f.
 ///
 /// The step is relative to a parameter, and may fail in two ways. If the parameter is near zero, the step may
-/// change only rounding: values that change by less than [`LEAST_CHANGE`] of their scale try longer steps. If
+/// change only rounding: values that change by less than [`MIN_CHANGE`] of their scale try longer steps. If
 /// it is zero, it has no scale, and the step may be too long: values whose orders do not agree try shorter
 /// steps. Each value takes the derivative with the smallest error estimate.
 pub(super) fn differences(
@@ -111,7 +111,7 @@ pub(super) fn differences(
         let [moved, farther] = [&values[0] - &values[1], &values[2] - &values[3]];
         // If only the values at ±2h change, there is a corner in between, and the value needs shorter steps.
         let change = |i: usize| moved[i].abs().max(farther[i].abs());
-        let weak = (0..sizes.len()).map(|i| change(i) <= LEAST_CHANGE * size(i)).collect();
+        let weak = (0..sizes.len()).map(|i| change(i) <= MIN_CHANGE * size(i)).collect();
         let unmoved = (0..sizes.len()).map(|i| change(i) == 0.0).collect();
         let rounding = DVector::from_fn(sizes.len(), |i, _| f64::EPSILON * size(i) / h);
         let found = fourth_order(values, h);
@@ -202,7 +202,7 @@ impl EquationsAtState {
         // Scale coordinates and rows, so that their units have no influence on the rank.
         let largest = mass.diagonal().amax();
         let scale = DVector::from_fn(n, |i, _| {
-            1.0 / mass[(i, i)].max(LEAST_INERTIA * largest).max(f64::MIN_POSITIVE).sqrt()
+            1.0 / mass[(i, i)].max(MIN_INERTIA * largest).max(f64::MIN_POSITIVE).sqrt()
         });
         let sizes = DVector::from_fn(r, |i, _| {
             let size =

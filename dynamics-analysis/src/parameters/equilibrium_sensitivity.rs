@@ -27,6 +27,7 @@ use super::sensitivity_error::SensitivityError;
 use super::variable::{Variable, VariableError, moved};
 use crate::equilibria::{EquilibriumOptions, find};
 use crate::linearize::{Linearization, linearize};
+use crate::vibration::MIN_SQUARED_FREQUENCY;
 
 /// Least singular value of the scaled stiffness, relative to the largest, at which an equilibrium has a
 /// derivative. Below it, as in a fold, half of the digits are lost.
@@ -39,12 +40,10 @@ const PARAMETER_PERTURBATION: f64 = 1e-6;
 const ROUNDING_OF_ELEMENTS: f64 = 1e-13;
 /// Largest damping, gyroscopic or circulatory terms, relative to stiffness (and mass), of a conservative
 /// system. Larger terms would change frequencies by more than about this part.
-const MAX_NONCONSERVATIVE_PART: f64 = 1e-10;
+const MAX_NONCONSERVATIVE_SHARE: f64 = 1e-10;
 /// Relative difference of ω² up to which frequencies count as equal. Equal frequencies have no single
 /// derivatives; those of nearly equal ones lose digits in proportion to 1/difference.
-const EQUAL_SQUARED_FREQUENCIES: f64 = 1e-8;
-/// Least ω² as a scale of these differences, relative to the largest.
-const LEAST_SQUARED_FREQUENCY: f64 = 1e-6;
+const EQUAL_FREQUENCIES_OF_DERIVATIVES: f64 = 1e-8;
 /// Rounds of scaling rows and columns; each brings the largest elements nearer to 1 by a square root. After
 /// eight rounds their logarithm is 2⁻⁸ of the first one.
 const SCALING_ROUNDS: usize = 8;
@@ -200,7 +199,8 @@ fn stiffness_sizes<M: Simulate + Parameters + Clone>(
             other.set_parameter(i, model.parameter(i)? * (1.0 + by * part));
         }
         let (constants, mut state) = (other.constants().ok()?, *state);
-        with_workspace::<M, _>(|memory| project_positions(&other, &constants, &mut state, memory)).ok()?;
+        with_workspace::<M, _>(|workspace| project_positions(&other, &constants, &mut state, workspace))
+            .ok()?;
         Some((linearize(&other, &state, &names).ok()?.stiffness - &linear.stiffness) / by)
     };
     // If the changed models are invalid, |K| remains.
@@ -263,7 +263,7 @@ fn on_constraints<M: Simulate>(
     let mut moved = *state;
     // A projection moves all coordinates. The change of the independent ones is undone along the constraints.
     for _ in 0..PROJECTION_ROUNDS {
-        with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut moved, memory))
+        with_workspace::<M, _>(|workspace| project_positions(model, &constants, &mut moved, workspace))
             .map_err(failed)?;
         let mut off = DVector::zeros(linear.coordinates.len());
         for (k, q) in linear.coordinates.iter().enumerate() {
@@ -276,7 +276,7 @@ fn on_constraints<M: Simulate>(
         let back = &linear.shape * off;
         moved.q_mut().as_mut_slice().iter_mut().zip(back.iter()).for_each(|(q, d)| *q -= d);
     }
-    with_workspace::<M, _>(|memory| project_positions(model, &constants, &mut moved, memory))
+    with_workspace::<M, _>(|workspace| project_positions(model, &constants, &mut moved, workspace))
         .map_err(failed)?;
     Ok(moved)
 }
@@ -304,7 +304,7 @@ pub(super) fn frequencies_by<M: Simulate + Parameters + Clone>(
         let mut state = *state;
         let shift = change.by.iter().map(|x| x * by);
         state.q_mut().as_mut_slice().iter_mut().zip(shift).for_each(|(q, d)| *q += d);
-        with_workspace::<M, _>(|memory| project_positions(&moved, &constants, &mut state, memory))
+        with_workspace::<M, _>(|workspace| project_positions(&moved, &constants, &mut state, workspace))
             .map_err(failed)?;
         // The linear change is in balance to first order of the step only. The search removes the rest.
         let state = crate::equilibria::equilibrium(&moved, &state)?.state;
@@ -345,7 +345,7 @@ fn check_conservative(linear: &Linearization) -> Result<(), SensitivityError> {
     });
     let damping = scaled(&linear.damping);
     let part = circulatory.max(part_of(&damping, ROUNDING_OF_ELEMENTS * damping.amax(), 0.5));
-    if part <= MAX_NONCONSERVATIVE_PART { Ok(()) } else { Err(SensitivityError::NotConservative { part }) }
+    if part <= MAX_NONCONSERVATIVE_SHARE { Ok(()) } else { Err(SensitivityError::NotConservative { part }) }
 }
 
 /// The changes of all frequencies from those of mass and stiffness.
@@ -375,8 +375,8 @@ fn changes(
         let near = |i: &&usize| {
             let other = eigen.eigenvalues[**i];
             (other - square).abs()
-                <= EQUAL_SQUARED_FREQUENCIES
-                    * other.abs().max(square.abs()).max(LEAST_SQUARED_FREQUENCY * largest)
+                <= EQUAL_FREQUENCIES_OF_DERIVATIVES
+                    * other.abs().max(square.abs()).max(MIN_SQUARED_FREQUENCY * largest)
         };
         let count = rest.iter().take_while(near).count();
         let (group, after) = rest.split_at(count);

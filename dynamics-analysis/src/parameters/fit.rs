@@ -48,7 +48,7 @@ const RANK_TOLERANCE_OF_JACOBIAN: f64 = 1e-6;
 const DEFAULT_TOLERANCE: f64 = 1e-9;
 /// Least size of measured coordinates, relative to the largest of the start, as the scale of the absolute
 /// tolerance. Rounding of the larger ones forbids a finer tolerance.
-const LEAST_RELATIVE_SIZE: f64 = 1e-6;
+const MIN_RELATIVE_SIZE: f64 = 1e-6;
 /// Largest standard error of a found unknown, relative to its value and its first value. Data that hardly
 /// determine an unknown leave an error of some times its value; after an outlier drew it away, the error is
 /// 1e9 times and more.

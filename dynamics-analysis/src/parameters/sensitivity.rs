@@ -53,13 +53,13 @@ pub(super) const DEFAULT_TOLERANCE: f64 = 1e-9;
 const SMALL_MOTION: f64 = 0.1;
 /// Least size of a motion as the scale of this tolerance. A smaller tolerance would be below the rounding of
 /// times and parameters of size 1.
-const LEAST_MOTION_SIZE: f64 = 1e-6;
+const MIN_MOTION_SIZE: f64 = 1e-6;
 /// Step of differences of outputs, relative to the sizes of the coordinates and of the parameter. The error
 /// of order 4 and rounding are then both near 1e-12.
-const OUTPUT_STEP: f64 = 1e-3;
+pub(super) const OUTPUT_STEP: f64 = 1e-3;
 /// Least size of a coordinate as the scale of this step. Without it a coordinate that is 0 would have no
 /// step.
-const LEAST_COORDINATE_SIZE: f64 = 1e-6;
+const MIN_COORDINATE_SIZE: f64 = 1e-6;
 
 /// Sensitivities of a motion with their options, before they are computed.
 ///
@@ -194,7 +194,7 @@ impl SensitivityRequest<'_> {
         let size = motion.steps().map(elements).fold(0.0, f64::max);
         // A small motion is run again, with an absolute tolerance by its size.
         if self.absolute.is_none() && size > 0.0 && size < SMALL_MOTION {
-            return run(Some(self.tolerance * size.max(LEAST_MOTION_SIZE)));
+            return run(Some(self.tolerance * size.max(MIN_MOTION_SIZE)));
         }
         Ok(motion)
     }
@@ -321,7 +321,7 @@ impl<M: Simulate + Parameters + Clone> Sensitivities<'_, M> {
             let column = self.changes[index].column(k).into_owned();
             // The step moves no coordinate, nor the parameter, by more than a thousandth of its size.
             let of_state = (0..2 * n)
-                .map(|i| column[i].abs() / sizes[i / n][i % n].max(LEAST_COORDINATE_SIZE))
+                .map(|i| column[i].abs() / sizes[i / n][i % n].max(MIN_COORDINATE_SIZE))
                 .fold(0.0, f64::max);
             let of_parameter = match variable {
                 Variable::Parameter(p) => {

@@ -27,7 +27,7 @@ const TANGENT_STEP: f64 = 1e-4;
 /// Least rate of a switching function at a transversal crossing, relative to the terms of the rate, and of
 /// the rate after relative to the rate before. Slower crossings count as touching: their saltation matrix
 /// would be larger than 1e6.
-const LEAST_CROSSING_RATE: f64 = 1e-6;
+const MIN_CROSSING_RATE: f64 = 1e-6;
 
 /// The branches of the model on which a step is held.
 pub(super) struct HeldBranches {
@@ -131,9 +131,9 @@ pub(super) fn apply_saltation<M: Constraints>(
         by_q.abs() + by_u.abs()
     });
     let size = terms.sum::<f64>();
-    if before.abs() <= LEAST_CROSSING_RATE * size
+    if before.abs() <= MIN_CROSSING_RATE * size
         || before == 0.0
-        || after / before <= LEAST_CROSSING_RATE
+        || after / before <= MIN_CROSSING_RATE
         || !(after / before).is_finite()
     {
         return Err(PeriodicError::Grazes { time: at.t() });

@@ -195,11 +195,11 @@ pub(super) fn of_motion<M: Constraints + Powers>(
     let rounding = frame.len() as f64 * MATRIX_ROUNDINGS * f64::EPSILON
         + fine.steps as f64 * tolerance
         + CLOSURE_ERROR_FACTOR * miss;
-    let unsure = (&fine.matrix - &coarse.matrix).abs() + fine.product.map(|x| x * rounding);
+    let uncertainty = (&fine.matrix - &coarse.matrix).abs() + fine.product.map(|x| x * rounding);
     let known =
-        known(&mut flow, &nodes[0], frame, (&fine.matrix, &unsure), (autonomous, &conserved), &scales)?;
+        known(&mut flow, &nodes[0], frame, (&fine.matrix, &uncertainty), (autonomous, &conserved), &scales)?;
     let weights = DVector::from_iterator(frame.len(), frame.rows().into_iter().map(|i| scales[i]));
-    let scaled = Scaled::new(&fine.matrix, &unsure, weights);
+    let scaled = Scaled::new(&fine.matrix, &uncertainty, weights);
     let w = form(model, &nodes[0], frame, &scales);
     let symplectic_defect = scaled.defect(&w);
     let (mut multipliers, shapes) = scaled.multipliers(&known)?;
@@ -216,7 +216,7 @@ pub(super) fn of_motion<M: Constraints + Powers>(
         verdict,
         multipliers,
         monodromy: fine.matrix,
-        uncertainty: unsure,
+        uncertainty,
         coordinates,
         velocities,
         period,

@@ -8,8 +8,8 @@
 //! With constraints, a is the constrained acceleration. Tangent vectors start in the tangent space and stay
 //! there to the tolerance. After every step the motion is projected back. Volumes: q̈ = a(q, q̇, t) has the
 //! divergence tr a_u (Liouville); the constrained directions obey Φ̈ = 0, which has none. By Verner's pair of
-//! order 9(8) (`integrate/explicit/verner9.rs`), with the tangent vectors under error control, so that they are as
-//! accurate as the motion. If a branch of the model changes, the step ends, and a jump of the acceleration
+//! order 9(8) (`integrate/explicit/verner9.rs`), with the tangent vectors under error control, so that they are
+//! as accurate as the motion. If a branch of the model changes, the step ends, and a jump of the acceleration
 //! transforms the tangent vectors (`corners.rs`, `flow/corner_passage.rs`).
 
 mod corner_passage;
@@ -39,28 +39,28 @@ const DIVERGED: f64 = 1e8;
 /// coordinates divided by this time are allowed as velocities.
 const FAST_PARTS: f64 = 1e3;
 /// Least length of a tangent vector as a scale of its error. Shorter ones have decayed, and would underflow.
-const LEAST_TANGENT_SCALE: f64 = 1e-200;
+const MIN_TANGENT_SCALE: f64 = 1e-200;
 /// Part of h q̇ (or of q/h) that is the least scale of errors of displacements (or velocities) of a tangent
 /// vector.
-const LEAST_TANGENT_PART: f64 = 0.01;
+const MIN_TANGENT_SHARE: f64 = 0.01;
 /// First step, relative to the integration time. The controller adapts it within a few steps.
 const FIRST_STEP: f64 = 1e-3;
 /// Step, in roundings of the time, below which the integration stalls. The stages of a shorter step would be
 /// at equal times.
-const LEAST_STEP_ROUNDINGS: f64 = 16.0;
+const MIN_STEP_ROUNDINGS: f64 = 16.0;
 /// Step, relative to the integration time, down to which a failed step is repeated with a quarter of the
 /// size.
-const LEAST_REPEATED_STEP: f64 = 1e-10;
+const MIN_REPEATED_STEP: f64 = 1e-10;
 /// A step of at least this part of the time that is left ends at its end.
-const LAST_STEP_PART: f64 = 0.9999;
+const LAST_STEP_SHARE: f64 = 0.9999;
 /// Largest part of the time that is left for any other step. With a little more than a half, the last two
 /// steps are equal, and no tiny step is left.
-const LARGEST_STEP_PART: f64 = 0.5001;
+const LARGEST_STEP_SHARE: f64 = 0.5001;
 /// Factor of a step that failed because a stage has no rates.
 const FACTOR_AFTER_FAILURE: f64 = 0.25;
 /// Step, relative to the integration time, below which stages on another branch mean that the motion touches
 /// the corner. A larger value refuses motions that cross the corner twice in a short time.
-const LEAST_STEP_AT_CORNER: f64 = 1e-9;
+const MIN_STEP_AT_CORNER: f64 = 1e-9;
 
 /// Integrates a model with its variations; modes, and inputs, are those of the start.
 pub(super) struct Flow<'m, M: Constraints> {
@@ -204,12 +204,12 @@ impl<'m, M: Constraints> Flow<'m, M> {
         let time = current.state.t();
         let left = until - time;
         // The last two steps share the time that is left.
-        let (step, last) = if current.h >= LAST_STEP_PART * left {
+        let (step, last) = if current.h >= LAST_STEP_SHARE * left {
             (left, true)
         } else {
-            (current.h.min(LARGEST_STEP_PART * left), false)
+            (current.h.min(LARGEST_STEP_SHARE * left), false)
         };
-        if step <= LEAST_STEP_ROUNDINGS * f64::EPSILON * time.abs().max(until.abs()) && !last {
+        if step <= MIN_STEP_ROUNDINGS * f64::EPSILON * time.abs().max(until.abs()) && !last {
             return Err(PeriodicError::Stalls { time });
         }
         let (end, factor) =
@@ -222,7 +222,7 @@ impl<'m, M: Constraints> Flow<'m, M> {
                     }
                 },
                 // A stage may lie beyond the end of the model; a shorter step may succeed.
-                Ok(_) | Err(_) if step > LEAST_REPEATED_STEP * current.span => {
+                Ok(_) | Err(_) if step > MIN_REPEATED_STEP * current.span => {
                     current.control.failed();
                     current.h = FACTOR_AFTER_FAILURE * step;
                     return Ok(false);
@@ -246,7 +246,7 @@ impl<'m, M: Constraints> Flow<'m, M> {
             }
             // Only stages are on another branch: the motion leaves the branch and comes back within the step.
             None if self.left_branch => {
-                if step < LEAST_STEP_AT_CORNER * current.span {
+                if step < MIN_STEP_AT_CORNER * current.span {
                     return Err(PeriodicError::Grazes { time });
                 }
                 current.h = 0.5 * step;
@@ -344,13 +344,13 @@ impl<'m, M: Constraints> Flow<'m, M> {
             let [q, u] = blocks.clone().map(|block| most(&from[block.clone()]).max(most(&to[block])));
             // The scale of displacements, and of velocities, is their largest element, or the change that the
             // other block causes within the step.
-            let scales = [q.max(LEAST_TANGENT_PART * h * u), u.max(LEAST_TANGENT_PART * q / h)];
+            let scales = [q.max(MIN_TANGENT_SHARE * h * u), u.max(MIN_TANGENT_SHARE * q / h)];
             for (block, size) in blocks.into_iter().zip(scales) {
                 let off = most(&error[block]);
                 if size > 0.0 || off.is_nan() {
                     worst = dynamics_runtime::math::max(
                         worst,
-                        off / (self.tolerance * size.max(LEAST_TANGENT_SCALE)),
+                        off / (self.tolerance * size.max(MIN_TANGENT_SCALE)),
                     );
                 }
             }

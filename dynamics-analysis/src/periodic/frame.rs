@@ -14,7 +14,7 @@ use crate::linearize::{ModelDerivatives, Tangent, scales};
 const REST_MOTION: f64 = 1e-9;
 /// Least size of a coordinate's motion, relative to the largest of its unit. A smaller value makes rounding
 /// of such a coordinate look large.
-const LEAST_RELATIVE_MOTION: f64 = 1e-3;
+const MIN_RELATIVE_MOTION: f64 = 1e-3;
 
 /// Independent coordinates and velocities at a state, with a basis of the tangent space of the constraints.
 #[derive(Clone)]
@@ -139,7 +139,7 @@ pub(super) fn sizes<M: Constraints>(passed: &[M::State], period: f64) -> DVector
     // A coordinate that hardly moves has a scale from the others of its unit; at rest the usual scales apply.
     let usual = scales(M::COORDINATES, &of_motion);
     let size = |i: usize| {
-        if largest > REST_MOTION { of_motion[i].max(LEAST_RELATIVE_MOTION * usual[i]) } else { usual[i] }
+        if largest > REST_MOTION { of_motion[i].max(MIN_RELATIVE_MOTION * usual[i]) } else { usual[i] }
     };
     DVector::from_fn(2 * n, |k, _| if k < n { size(k) } else { size(k - n) * rate })
 }

@@ -49,7 +49,7 @@ const DEFAULT_MAX_STEPS: usize = 20_000_000;
 const DEFAULT_TOLERANCE: f64 = 1e-9;
 /// Least speed at the end of the run, relative to the scales of the coordinates, of a motion that has not
 /// come to rest. A smaller value counts a motion that only creeps as one with a zero exponent along it.
-const LEAST_SPEED: f64 = 1e-6;
+const MIN_SPEED: f64 = 1e-6;
 
 /// A computation of Lyapunov exponents, with its options.
 #[must_use = "nothing is computed until `.run()`"]
@@ -464,7 +464,7 @@ impl<'m, M: Simulate> TangentFlow<'m, M> {
             Err(error) => return Err(error),
         };
         let along = direction(&mut self.flow, &at_time(&self.state, self.state.t()))?;
-        let moves = along.component_div(&self.weights).amax() > LEAST_SPEED;
+        let moves = along.component_div(&self.weights).amax() > MIN_SPEED;
         let conserved = Conserved::along(self.flow.model, &passed, autonomous).quantities;
         // A conserved momentum has a cyclic coordinate, so it gives two zeros.
         let momenta = conserved.iter().filter(|of| of.kind == ConservedKind::Momentum).count();

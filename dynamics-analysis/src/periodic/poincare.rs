@@ -13,7 +13,7 @@ use dynamics_runtime::simulate::{Direction, Flow, Simulate, Simulation};
 use dynamics_view::{Axis, Panel};
 
 use super::frame::stacked;
-use super::symmetry::{EQUAL_ACCELERATIONS, LEAST_ACCELERATION_SCALE};
+use super::symmetry::{EQUAL_ACCELERATIONS, MIN_ACCELERATION_SCALE};
 use super::{PeriodicError, check, index, positive};
 
 /// Distance from the section at which the equations are compared for folding, in parts of the fold and of the
@@ -34,7 +34,7 @@ const DEFAULT_TOLERANCE: f64 = 1e-10;
 const FOLD_COMPARISONS: usize = 12;
 /// Least range of a coordinate or velocity as a scale of returns, relative to its largest value. Below it the
 /// range may be rounding.
-const LEAST_RELATIVE_RANGE: f64 = 1e-6;
+const MIN_RELATIVE_RANGE: f64 = 1e-6;
 /// Range up to which a coordinate or velocity counts as constant; its scale is then 1.
 const CONSTANT_RANGE: f64 = 1e-12;
 
@@ -253,7 +253,7 @@ impl<'m, M: Simulate> Poincare<'m, M> {
         }
         let most = largest.iter().fold(0.0, |most: f64, x| most.max(*x));
         let part = |i: usize| {
-            if changes[i] > 0.0 { changes[i] / largest[i].max(LEAST_ACCELERATION_SCALE * most) } else { 0.0 }
+            if changes[i] > 0.0 { changes[i] / largest[i].max(MIN_ACCELERATION_SCALE * most) } else { 0.0 }
         };
         match (0..n).max_by(|i, j| part(*i).total_cmp(&part(*j))) {
             Some(worst) if part(worst) > EQUAL_ACCELERATIONS => Err(PeriodicError::NotAlike {
@@ -407,7 +407,7 @@ impl<S: ModelState> Section<S> {
                 .iter()
                 .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x[i]), high.max(x[i])]);
             let most = range[0].abs().max(range[1].abs());
-            let reach = (range[1] - range[0]).max(LEAST_RELATIVE_RANGE * most);
+            let reach = (range[1] - range[0]).max(MIN_RELATIVE_RANGE * most);
             if reach > CONSTANT_RANGE { reach } else { 1.0 }
         };
         let sizes: Vec<f64> = (0..2 * n).map(size).collect();

@@ -38,9 +38,9 @@ pub(super) const EQUAL_ACCELERATIONS: f64 = 1e-9;
 /// Least scale of the accelerations of a coordinate, relative to the largest of all, since small ones may be
 /// rounding of large ones. With [`EQUAL_ACCELERATIONS`], differences below 1e-15 of the largest acceleration
 /// do not count.
-pub(super) const LEAST_ACCELERATION_SCALE: f64 = 1e-6;
+pub(super) const MIN_ACCELERATION_SCALE: f64 = 1e-6;
 /// Least velocity added to a state to see whether forces do work off the motion.
-const LEAST_TRIAL_SPEED: f64 = 1e-3;
+const MIN_TRIAL_SPEED: f64 = 1e-3;
 /// Step of differences of conserved quantities and momenta, in parts of the motion, by the formula of order
 /// 6.
 const GRADIENT_STEP: f64 = 0.01;
@@ -50,7 +50,7 @@ const GRADIENT_STEP: f64 = 0.01;
 const KNOWN_DIRECTION_ERROR: f64 = 1e-7;
 /// Least speed at the start, in parts of the motion, of a motion that is not at rest there. Below it the
 /// direction of the motion is only rounding.
-const LEAST_SPEED: f64 = 1e-9;
+const MIN_SPEED: f64 = 1e-9;
 
 /// Whether the equations do not depend on time. If they do, it is checked that they repeat after the period.
 /// If coordinates advance in a period, it is checked that the equations are the same there: otherwise the
@@ -119,7 +119,7 @@ pub(super) fn is_autonomous<M: Constraints>(
     // Scales of the differences. Residuals of constraints have none of their own.
     let most = largest.iter().fold(0.0, |most: f64, x| most.max(*x));
     let free = M::Vector::LEN;
-    let size = |i: usize| if i < free { largest[i].max(LEAST_ACCELERATION_SCALE * most) } else { most };
+    let size = |i: usize| if i < free { largest[i].max(MIN_ACCELERATION_SCALE * most) } else { most };
     let part = |i: usize| if changes[i] > 0.0 { changes[i] / size(i) } else { 0.0 };
     match (0..changes.len()).max_by(|a, b| part(*a).total_cmp(&part(*b))) {
         Some(worst) if part(worst) > EQUAL_ACCELERATIONS => {
@@ -175,7 +175,7 @@ impl Conserved {
         let mut powers = alloc::vec![0.0; M::POWERS.len()];
         let idle = |state: &M::State| {
             let mut nearby = *state;
-            let speed = state.u().as_slice().iter().fold(LEAST_TRIAL_SPEED, |most: f64, u| most.max(u.abs()));
+            let speed = state.u().as_slice().iter().fold(MIN_TRIAL_SPEED, |most: f64, u| most.max(u.abs()));
             for (i, u) in nearby.u_mut().as_mut_slice().iter_mut().enumerate() {
                 *u += speed * (0.7 + 1.3 * i as f64).sin();
             }
@@ -237,17 +237,18 @@ pub(super) fn known<M: Constraints + Powers>(
     flow: &mut Flow<'_, M>,
     state: &M::State,
     frame: &Frame,
-    (monodromy, unsure): (&DMatrix<f64>, &DMatrix<f64>),
+    (monodromy, uncertainty): (&DMatrix<f64>, &DMatrix<f64>),
     (autonomous, conserved): (bool, &Conserved),
     sizes: &DVector<f64>,
 ) -> Result<Known, PeriodicError> {
     let mut found = Known { right: Vec::new(), left: Vec::new() };
     let n = M::Vector::LEN;
     let scale = |k: usize| sizes[frame.rows()[k]];
-    // In the scales of the coordinates. `unsure` contains the error of a motion that does not close exactly.
+    // In the scales of the coordinates. `uncertainty` contains the error of a motion that does not close
+    // exactly.
     let missed = |x: &DVector<f64>, left: bool| {
         let m = if left { monodromy.transpose() } else { monodromy.clone() };
-        let off = if left { unsure.transpose() } else { unsure.clone() };
+        let off = if left { uncertainty.transpose() } else { uncertainty.clone() };
         let weigh = |k: usize| if left { scale(k) } else { 1.0 / scale(k) };
         let miss = &m * x - x;
         let allowed =
@@ -260,7 +261,7 @@ pub(super) fn known<M: Constraints + Powers>(
     let speed = |k: usize| {
         (along[k] / sizes[n + k]).abs().max((along[n + k] * sizes[k] / sizes[n + k].powi(2)).abs())
     };
-    let moves = (0..n).any(|k| speed(k) > LEAST_SPEED);
+    let moves = (0..n).any(|k| speed(k) > MIN_SPEED);
     if autonomous && moves {
         let along =
             frame.read(&DMatrix::from_column_slice(2 * n, 1, along.as_slice())).column(0).into_owned();

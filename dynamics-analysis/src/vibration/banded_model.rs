@@ -16,7 +16,7 @@ use crate::linearize::Linearization;
 
 /// Elements a_ij up to this part of √(a_ii a_jj) are rounding of the linearisation and are left out, since
 /// they would widen the band.
-const LEAST_COUPLING: f64 = 4.0 * f64::EPSILON;
+const MIN_COUPLING: f64 = 4.0 * f64::EPSILON;
 
 /// M and K as banded matrices, with their rows in an order that makes the bands narrow.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,7 +104,7 @@ impl Linearization {
         let stiffness = self.stiffness_of_normal_modes()?;
         let n = self.mass.nrows();
         let elements = |of: &nalgebra::DMatrix<f64>| {
-            let least = |i: usize, j: usize| LEAST_COUPLING * (of[(i, i)] * of[(j, j)]).abs().sqrt();
+            let least = |i: usize, j: usize| MIN_COUPLING * (of[(i, i)] * of[(j, j)]).abs().sqrt();
             let below = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j)));
             let kept = below.filter(|(i, j)| i == j || of[(*i, *j)].abs() > least(*i, *j));
             kept.map(|(i, j)| (i, j, of[(i, j)])).collect::<Vec<_>>()

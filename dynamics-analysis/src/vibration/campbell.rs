@@ -18,6 +18,7 @@ use dynamics_view::{Axis, Chart, Mark, Panel, Series};
 use nalgebra::Complex;
 
 use super::VibrationError;
+use super::control::EIGENVALUE_ROUNDING_FACTOR;
 use crate::linearize::{Linearization, LinearizeError, Mode};
 
 /// Relative distance up to which eigenvalues count as equal. Equal eigenvalues have a plane of mode shapes,
@@ -34,15 +35,13 @@ const NO_WHIRL: f64 = 1e-6;
 /// bisected onset; modes that change between both sides would confuse the counts.
 const ONSET_SIDE_DISTANCE: f64 = 1e-6;
 /// Distance above an onset at speed 0, in rad/s.
-const LEAST_ONSET_DISTANCE: f64 = 1e-12;
+const MIN_ONSET_DISTANCE: f64 = 1e-12;
 /// Width of the interval at which bisection ends, in roundings of the speed.
 const BISECTION_ROUNDINGS: f64 = 4.0;
-/// Factor on the first-order bound of an eigenvalue's rounding; as in `control.rs`.
-const EIGENVALUE_ROUNDING_FACTOR: f64 = 64.0;
 /// Conditioning used for modes whose conditioning is infinite: about 1/√ε, as of a defective pair.
-const DEFECTIVE_CONDITIONING: f64 = 1e8;
+const CONDITIONING_OF_DEFECTIVE: f64 = 1e8;
 /// Least Σ|X|² + |Y|² of a mode that moves in the planes; the largest element of the shape is 1.
-const LEAST_MOTION_IN_PLANES: f64 = 1e-16;
+const MIN_MOTION_IN_PLANES: f64 = 1e-16;
 
 /// A mode at a speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -190,7 +189,7 @@ impl Campbell {
     {
         let growing = |_: f64, modes: &[RotorMode]| modes.iter().filter(|mode| mode.grows()).count();
         for (speed, modes) in self.changes(study, &growing)? {
-            let next = study.modes(speed * (1.0 + ONSET_SIDE_DISTANCE) + LEAST_ONSET_DISTANCE)?;
+            let next = study.modes(speed * (1.0 + ONSET_SIDE_DISTANCE) + MIN_ONSET_DISTANCE)?;
             let before = study.modes(speed * (1.0 - ONSET_SIDE_DISTANCE))?;
             let unstable_above = growing(speed, &next) > growing(speed, &before);
             // The slowest growing mode on the unstable side has just crossed. A mode that stays on the limit
@@ -299,7 +298,7 @@ impl<F: FnMut(f64) -> Result<Linearization, VibrationError>> CampbellModel<'_, F
             let alone = modes.iter().filter(near).count() == 1;
             let whirl = whirl(mode, self.planes)?.filter(|_| alone);
             let conditioning =
-                if mode.conditioning.is_finite() { mode.conditioning } else { DEFECTIVE_CONDITIONING };
+                if mode.conditioning.is_finite() { mode.conditioning } else { CONDITIONING_OF_DEFECTIVE };
             let rounding = EIGENVALUE_ROUNDING_FACTOR * f64::EPSILON * conditioning * mode.frequency();
             found.push(RotorMode { eigenvalue: mode.eigenvalue, whirl, rounding });
         }
@@ -321,7 +320,7 @@ fn whirl(mode: &Mode, planes: &[(&str, &str)]) -> Result<Option<f64>, VibrationE
         turning -= 2.0 * (x.conj() * y).im;
         size += x.norm_sqr() + y.norm_sqr();
     }
-    Ok((size > LEAST_MOTION_IN_PLANES && mode.eigenvalue.im > 0.0).then(|| turning / size))
+    Ok((size > MIN_MOTION_IN_PLANES && mode.eigenvalue.im > 0.0).then(|| turning / size))
 }
 
 /// A line for each critical speed and each onset.

@@ -33,14 +33,14 @@ const RANK_TOLERANCE_OF_PBH_TEST: f64 = 1e-10;
 const MAX_RICCATI_RESIDUAL: f64 = 1e-9;
 /// Factor on the first-order bound of an eigenvalue's rounding: the QR iteration rounds several times per
 /// element.
-const EIGENVALUE_ROUNDING_FACTOR: f64 = 64.0;
+pub(super) const EIGENVALUE_ROUNDING_FACTOR: f64 = 64.0;
 /// Largest rounding of an eigenvalue relative to the largest eigenvalue: seven times √ε, for defective
 /// pairs.
 const MAX_EIGENVALUE_ROUNDING: f64 = 1e-7;
 /// Most states that are named for a mode.
 const NAMED_STATES: usize = 3;
 /// Least motion of a named state relative to the state that moves most.
-const LEAST_NAMED_PART: f64 = 0.05;
+const MIN_NAMED_SHARE: f64 = 0.05;
 
 /// Controllability or observability of a mode.
 #[derive(Clone, Debug, PartialEq)]
@@ -169,7 +169,7 @@ fn largest(sizes: &[f64], states: &[Signal]) -> Vec<String> {
     order
         .into_iter()
         .take(NAMED_STATES)
-        .filter(|i| sizes[*i] > LEAST_NAMED_PART * most)
+        .filter(|i| sizes[*i] > MIN_NAMED_SHARE * most)
         .map(|i| states[i].name.clone())
         .collect()
 }

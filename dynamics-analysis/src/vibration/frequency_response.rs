@@ -47,7 +47,7 @@ const PEAK_SAMPLES: [f64; 8] = [0.0, 0.2, 0.42, 0.73, 1.0, 1.4, 2.4, 5.0];
 const SAMPLES_PER_RESOLVED_HALF_WIDTH: f64 = 4.0;
 
 /// Least damping ratio of a mode with a peak of finite height. Smaller ones may be rounding.
-const LEAST_DAMPING_RATIO: f64 = 1e-9;
+const MIN_DAMPING_RATIO: f64 = 1e-9;
 
 /// Distance of the nearest samples from an undamped peak, relative to the spacing of the requested
 /// frequencies. It sets the height up to which the flanks are drawn.
@@ -71,7 +71,8 @@ impl FrequencyResponse {
         all.into_iter().unzip()
     }
 
-    /// |H|, the amplitude of the output divided by that of the input: the transmissibility if both have one unit.
+    /// |H|, the amplitude of the output divided by that of the input: the transmissibility
+    /// if both have one unit.
     #[must_use]
     pub fn magnitude(&self) -> Vec<f64> {
         self.values.iter().map(|value| value.norm()).collect()
@@ -152,7 +153,7 @@ impl StateSpace {
             if apart * SAMPLES_PER_RESOLVED_HALF_WIDTH < width {
                 continue;
             }
-            let damped = width > LEAST_DAMPING_RATIO * omega;
+            let damped = width > MIN_DAMPING_RATIO * omega;
             if damped {
                 at.extend(PEAK_SAMPLES.iter().flat_map(|part| [omega - part * width, omega + part * width]));
             }

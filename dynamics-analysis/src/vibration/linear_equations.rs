@@ -24,7 +24,7 @@ use crate::linearize::{Linearization, ModelDerivatives, Tangent, scales};
 const RANK_TOLERANCE_OF_REACTIONS: f64 = 1e-10;
 /// Part of an output's derivative by λ, in the directions in which λ is not unique, up to which the output
 /// counts as unique. It lies above the accuracy of the pseudo-inverse at the rank tolerance.
-const MAX_NONUNIQUE_PART: f64 = 1e-9;
+const MAX_NONUNIQUE_SHARE: f64 = 1e-9;
 /// Distance of the two sides at which derivatives of outputs are compared for corners, relative to the scale
 /// of each argument. It is small against the distance of neighbouring corners, and large against rounding.
 const CORNER_DISTANCE: f64 = 1e-9;
@@ -33,9 +33,9 @@ const CORNER_DISTANCE: f64 = 1e-9;
 const CORNER_DISTANCE_REDUCTION: f64 = 16.0;
 /// Least relative difference of derivatives at a corner; smaller differences are rounding. A larger value
 /// would linearise over weak corners.
-const LEAST_CORNER: f64 = 1e-7;
+const MIN_CORNER: f64 = 1e-7;
 /// Part of the difference that must be left at the reduced distance: a smooth function leaves a sixteenth.
-const LEAST_REMAINING_PART: f64 = 0.5;
+const MIN_REMAINING_SHARE: f64 = 0.5;
 
 /// ẋ = A x + B w, y = C x + D w at an instant.
 pub(super) struct StateSpaceMatrices {
@@ -186,7 +186,7 @@ fn declared<M: Constraints + Outputs>(
     let why = |i: usize| {
         let all = found.x.row(i).iter().chain(found.w.row(i).iter()).all(|x| x.is_finite());
         match () {
-            () if nonunique.row(i).norm() > MAX_NONUNIQUE_PART * whole.row(i).norm() => {
+            () if nonunique.row(i).norm() > MAX_NONUNIQUE_SHARE * whole.row(i).norm() => {
                 Some(SignalUnavailable::NotUnique)
             }
             () => (!all).then_some(SignalUnavailable::NotFinite),
@@ -244,7 +244,7 @@ impl<M: Constraints + Outputs> Arguments<M> {
         let (far, near) =
             (difference(CORNER_DISTANCE), difference(CORNER_DISTANCE / CORNER_DISTANCE_REDUCTION));
         let jumps = |((far, _), (near, size)): (&(f64, f64), &(f64, f64))| {
-            *near > LEAST_CORNER * size && *near > LEAST_REMAINING_PART * far
+            *near > MIN_CORNER * size && *near > MIN_REMAINING_SHARE * far
         };
         far.iter().zip(&near).map(jumps).collect()
     }

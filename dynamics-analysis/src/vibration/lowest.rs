@@ -32,7 +32,7 @@ const MIN_ADDED_VECTORS: usize = 4;
 /// Shift of a singular K, relative to the largest ratio k_ii/m_ii. It costs digits of modes whose squared
 /// frequency is far below it; a smaller shift leaves K + s M nearly singular.
 const RELATIVE_SHIFT: f64 = 1e-6;
-/// Shift that shows whether K is singular, relative to the largest ratio k_ii/m_ii: some ten roundings. A
+/// Shift that shows whether K is singular, relative to the largest ratio k_ii/m_ii: 45 roundings ε. A
 /// larger shift treats weakly supported models as singular, which costs digits.
 const SINGULARITY_SHIFT: f64 = 1e-14;
 /// Most negative eigenvalue, relative to the shift, that counts as rounding of 0. K is refused if it has a

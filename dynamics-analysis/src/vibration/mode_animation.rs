@@ -70,7 +70,9 @@ impl<'m, M: Constraints + Outputs + Draw> ModeAnimation<'m, M> {
         let mut projected = state;
         let constants = self.model.constants().ok();
         let result = constants.map(|constants| {
-            with_workspace::<M, _>(|memory| project_positions(self.model, &constants, &mut projected, memory))
+            with_workspace::<M, _>(|workspace| {
+                project_positions(self.model, &constants, &mut projected, workspace)
+            })
         });
         if result.is_some_and(|result| result.is_ok()) { projected } else { state }
     }

@@ -24,16 +24,16 @@ use crate::linearize::{Linearization, potential_stiffness, undamped_modes};
 /// Relative difference of ω² up to which frequencies count as equal, so that their modes are rotated to
 /// uncouple damping. A larger value rotates modes that are distinct, which leaves Kφ = ω²Mφ with an error
 /// of its size.
-const EQUAL_SQUARED_FREQUENCIES: f64 = 1e-10;
+const EQUAL_FREQUENCIES_OF_MODES: f64 = 1e-10;
 /// Least ω² as a scale of these differences, relative to the largest ω²: below it rounding of the stiff
 /// modes counts.
-const LEAST_SQUARED_FREQUENCY: f64 = 1e-6;
+pub(crate) const MIN_SQUARED_FREQUENCY: f64 = 1e-6;
 /// Largest coupling |c_ij|/√(c_ii c_jj) of modes that have damping ratios of their own; rounding lies far
 /// below.
 const MAX_MODAL_COUPLING: f64 = 1e-9;
 /// Gyroscopic terms up to this part of the damping matrix are rounding. Larger ones would make the modes
 /// complex.
-const MAX_GYROSCOPIC_PART: f64 = 1e-14;
+const MAX_GYROSCOPIC_SHARE: f64 = 1e-14;
 /// Elements of the modal damping matrix up to this many roundings of its largest element are no coupling.
 const COUPLING_ROUNDINGS: f64 = 16.0;
 
@@ -66,7 +66,7 @@ impl Linearization {
         if let Some(reason) = &self.unsteady {
             return Err(reason.clone().into());
         }
-        if self.gyroscopic().amax() > MAX_GYROSCOPIC_PART * self.damping.amax() {
+        if self.gyroscopic().amax() > MAX_GYROSCOPIC_SHARE * self.damping.amax() {
             return Err(VibrationError::NoNormalModes { why: "gyroscopic terms couple velocities" });
         }
         potential_stiffness(self).ok_or(VibrationError::NoNormalModes { why: WITHOUT_SYMMETRY })
@@ -126,7 +126,7 @@ fn uncouple_equal_modes(squares: &DVector<f64>, shapes: &mut DMatrix<f64>, dampi
         let same = |k: &usize| match squares[first] {
             0.0 => squares[*k] == 0.0,
             square => {
-                squares[*k] - square <= EQUAL_SQUARED_FREQUENCIES * square.max(LEAST_SQUARED_FREQUENCY * size)
+                squares[*k] - square <= EQUAL_FREQUENCIES_OF_MODES * square.max(MIN_SQUARED_FREQUENCY * size)
             }
         };
         let count = (first..n).take_while(same).count();

@@ -16,10 +16,10 @@ use crate::linearize::matrix_eigenvalues;
 
 /// Least real part of a growing mode, relative to the largest eigenvalue. The real part of a defective pair
 /// may be as large as √ε.
-const LEAST_GROWTH: f64 = 1e-7;
+const MIN_GROWTH: f64 = 1e-7;
 /// Real part, relative to the largest eigenvalue, above whose negative a mode counts as not decaying:
 /// rounding.
-const LEAST_DECAY: f64 = 1e-13;
+const MIN_DECAY: f64 = 1e-13;
 /// d|H|²/dω, relative to |H| |H′|, up to which its sign is only rounding. Flat responses would otherwise
 /// have peaks by rounding.
 const FLAT_SLOPE: f64 = 1e-11;
@@ -174,13 +174,13 @@ impl StateSpace {
         let size = |of: &[Complex<f64>]| of.iter().map(|x| x.norm()).fold(0.0, f64::max);
         // A growing mode is an error even if it has no part in this response.
         let all = self.eigenvalues()?;
-        if let Some(last) = all.last().filter(|last| last.re > LEAST_GROWTH * size(&all)) {
+        if let Some(last) = all.last().filter(|last| last.re > MIN_GROWTH * size(&all)) {
             return Err(VibrationError::Unstable { eigenvalue: *last });
         }
         loop {
             let eigenvalues = channel.eigenvalues()?;
             let last = match eigenvalues.last() {
-                Some(last) if last.re >= -LEAST_DECAY * size(&eigenvalues) => *last,
+                Some(last) if last.re >= -MIN_DECAY * size(&eigenvalues) => *last,
                 _ => return Ok((channel, eigenvalues)),
             };
             let rest = channel.without(Complex::new(0.0, last.im));

@@ -19,7 +19,7 @@ use super::VibrationError;
 const MAX_SIGN_ITERATIONS: usize = 100;
 /// Relative change of an iterate above which it is scaled. Scaling speeds the iteration up far from the sign,
 /// and disturbs its quadratic convergence close to it.
-const LEAST_CHANGE_TO_SCALE: f64 = 1e-2;
+const MIN_CHANGE_TO_SCALE: f64 = 1e-2;
 /// Relative change at which the sign has converged.
 const CONVERGED_SIGN_CHANGE: f64 = 1e-13;
 /// Relative change from which on an iteration that no longer halves it has reached rounding.
@@ -98,7 +98,7 @@ fn by_sign(a: &DMatrix<f64>, g: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<DMatr
         // |det|^{1/2n} without overflow.
         let logarithm: f64 = (0..2 * n).map(|i| factors.lu_internal()[(i, i)].abs().ln()).sum();
         let inverse = factors.try_inverse().ok_or_else(|| failed(k, change))?;
-        let c = if change > LEAST_CHANGE_TO_SCALE { (-logarithm / (2 * n) as f64).exp() } else { 1.0 };
+        let c = if change > MIN_CHANGE_TO_SCALE { (-logarithm / (2 * n) as f64).exp() } else { 1.0 };
         let next = (&z * c + inverse / c) * 0.5;
         let now = (&next - &z).norm() / next.norm();
         if !now.is_finite() {

@@ -29,7 +29,7 @@ use crate::linearize::matrix_eigenvalues;
 const DEFECTIVE_DISTANCE: f64 = 1e-5;
 /// Least cosine of the angle between the invariant subspaces of A and Aᵀ. Below it, as for a part of a
 /// defective block, the modes cannot be separated from the others, and nothing is removed.
-const LEAST_SUBSPACE_COSINE: f64 = 1e-3;
+const MIN_SUBSPACE_COSINE: f64 = 1e-3;
 /// Largest error of the subspaces, as an angle in rad, with which modes are removed. A contribution to the
 /// response of about this part of ‖B‖ ‖C‖ could be hidden by it. With larger errors nothing is
 /// removed.
@@ -127,7 +127,7 @@ impl Part {
         let [Some(b0), Some(b1), Some(b2)] = of.b.each_ref().map(|b| factors.solve(&w.tr_mul(b))) else {
             return None;
         };
-        (cosine >= LEAST_SUBSPACE_COSINE).then(|| Self { a, b: [b0, b1, b2], c: x.tr_mul(&of.c), cosine })
+        (cosine >= MIN_SUBSPACE_COSINE).then(|| Self { a, b: [b0, b1, b2], c: x.tr_mul(&of.c), cosine })
     }
 }
 

@@ -13,14 +13,13 @@ use nalgebra::DMatrix;
 
 use super::VibrationError;
 use super::linear_equations::{StateSpaceMatrices, equations};
-use crate::linearize::{COMPARISON_TIMES, LinearizeError, Tangent, assemble, drop_rounding, state_after};
+use crate::linearize::{
+    COMPARISON_TIMES, LinearizeError, MAX_COEFFICIENT_CHANGE, Tangent, assemble, drop_rounding, state_after,
+};
 
-/// Largest change of a constant row or column between now and the comparison times, relative to its largest
-/// element. As that of the state matrix: coefficients that turn with the motion change by about 1e-2.
-const MAX_COEFFICIENT_CHANGE: f64 = 1e-7;
 /// Least scale of a row, relative to the largest element of the matrix. Smaller rows are compared by this
 /// scale, because they may be rounding of the large ones.
-const LEAST_ROW_SCALE: f64 = 1e-6;
+const MIN_ROW_SCALE: f64 = 1e-6;
 
 /// The outputs and the inputs that change along the motion through a state.
 pub(super) fn varying<M: Constraints + Outputs>(
@@ -57,7 +56,7 @@ pub(super) fn varying<M: Constraints + Outputs>(
 
 /// Whether each row changed. Elements that are not finite do not count for the scale.
 fn changed(now: &DMatrix<f64>, then: &DMatrix<f64>) -> Vec<bool> {
-    let least = LEAST_ROW_SCALE
+    let least = MIN_ROW_SCALE
         * now.iter().filter(|x| x.is_finite()).fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
     let size = |i: usize| now.row(i).amax().max(then.row(i).amax()).max(least);
     (0..now.nrows()).map(|i| (now.row(i) - then.row(i)).amax() > MAX_COEFFICIENT_CHANGE * size(i)).collect()

@@ -11,8 +11,8 @@ use super::errors::Errors;
 use super::study::{RunMeasurement, Study};
 
 impl<M: Simulate> Study<'_, M> {
-    /// All runs as one JSON object per line, with errors and steps. A study with the feature `json` reads this
-    /// format by `add_outside`.
+    /// All runs as one JSON object per line, with errors and steps. A study with the feature `json` reads
+    /// this format by `add_outside`.
     #[must_use]
     pub fn json_lines(&self) -> String {
         let mut out = String::new();

@@ -14,12 +14,8 @@ use dynamics_view::{Axis, Chart, Color, Mark, Panel, Series};
 use super::errors::ErrorOf;
 use super::study::{Cost, Point, RunMeasurement, Study, WorkPrecisionCurve};
 use crate::page::{Page, PageSection};
-use crate::runs::repeats_in_words;
+use crate::runs::{PLOT_FLOOR_SHARE, repeats_in_words};
 use crate::table::columns;
-
-/// Errors below this share of the uncertainty are drawn at it. How far below they are is not known, and
-/// rounding would stretch the axis.
-const PLOT_FLOOR_SHARE: f64 = 0.1;
 
 /// Errors of the table that compares curves.
 const COMPARED_ERRORS: [f64; 5] = [1e-3, 1e-6, 1e-8, 1e-9, 1e-12];

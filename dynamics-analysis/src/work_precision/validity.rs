@@ -24,7 +24,7 @@ const MIN_UNCERTAINTIES_APART: f64 = 10.0;
 
 impl<M: Simulate> Study<'_, M> {
     /// Refuses a study that is not valid.
-    pub(super) fn check(&self, asked: &WorkPrecision<'_, M>) -> Result<(), WorkPrecisionError> {
+    pub(super) fn check(&self, study: &WorkPrecision<'_, M>) -> Result<(), WorkPrecisionError> {
         if self.runs().next().is_none() {
             let first = self.curves.iter().find_map(|curve| Some((curve, curve.points.first()?)));
             let (method, reason) = first.map_or_else(Default::default, |(curve, point)| {
@@ -40,8 +40,8 @@ impl<M: Simulate> Study<'_, M> {
         if !self.reference.given {
             return Ok(());
         }
-        self.contradicted(&asked.candidates)?;
-        if self.is_suspicious() { self.found_elsewhere(asked) } else { Ok(()) }
+        self.contradicted(&study.candidates)?;
+        if self.is_suspicious() { self.found_elsewhere(study) } else { Ok(()) }
     }
 
     /// Whether two runs are much nearer to each other than to the end that was given.
@@ -53,8 +53,8 @@ impl<M: Simulate> Study<'_, M> {
 
     /// Whether runs near rounding contradict the known end by more than their uncertainty. If they fail or
     /// disagree with each other, there is no contradiction.
-    fn found_elsewhere(&self, asked: &WorkPrecision<'_, M>) -> Result<(), WorkPrecisionError> {
-        let Ok(found) = chosen(asked, self.interval.1) else { return Ok(()) };
+    fn found_elsewhere(&self, study: &WorkPrecision<'_, M>) -> Result<(), WorkPrecisionError> {
+        let Ok(found) = chosen(study, self.interval.1) else { return Ok(()) };
         let distance = found.end.errors(&self.reference.end);
         let may = found.uncertainty.zip(self.reference.uncertainty, f64::max);
         for (what, distance, may, uncertainty) in [

@@ -1,8 +1,8 @@
-//! Assumptions of the equations about bodies and frames: masses that are not negative, inertia that a body can
-//! have, matrices that rotate or mirror.
+//! Assumptions of the equations about bodies and frames: masses that are not negative, inertia that a body
+//! can have, matrices that rotate or mirror.
 //!
-//! Assumptions about numbers are checked here, at nominal values too. Those that hold for all values (rotations
-//! by angles, Euler parameters with a norm constraint, inertia of solids) are not checked again. The rest is
+//! Assumptions about numbers are checked here, at nominal values too. Those that hold for all values
+//! (rotations by angles, Euler parameters with a norm constraint, inertia of solids) are not checked again. The rest is
 //! emitted for the runtime, which checks them at starts and names the values that they contain.
 
 use std::collections::BTreeSet;

@@ -12,7 +12,7 @@ use super::super::sensitivity::{SensitivityRequest, SensitivityRunSetup};
 use super::super::sensitivity_error::SensitivityError;
 use super::super::variable::{Variable, VariableError};
 use super::data::{self, Given, Series};
-use super::{DEFAULT_TOLERANCE, FitError, LEAST_RELATIVE_SIZE, Unknown};
+use super::{DEFAULT_TOLERANCE, FitError, MIN_RELATIVE_SIZE, Unknown};
 
 /// An experiment as it was given.
 pub(super) struct ExperimentSetup<'m, M: Simulate> {
@@ -76,7 +76,7 @@ impl<'a, M: Simulate + Parameters + Clone> Experiment<'a, M> {
         let largest =
             start.q().as_slice().iter().chain(start.u().as_slice()).fold(0.0, |m: f64, x| m.max(x.abs()));
         let size = data::least_size(&series)
-            .map(|size| size.max(LEAST_RELATIVE_SIZE * largest))
+            .map(|size| size.max(MIN_RELATIVE_SIZE * largest))
             .filter(|size| *size < 1.0);
         let absolute_tolerance = if own_tolerance { None } else { size.map(|size| DEFAULT_TOLERANCE * size) };
         let options = setup.options.as_ref();

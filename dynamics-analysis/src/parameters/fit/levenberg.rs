@@ -25,7 +25,7 @@ const MIN_RELATIVE_STEP: f64 = 1e-11;
 /// within about a thousandth of the standard errors (D. M. Bates & D. G. Watts, Technometrics 23 (1981) 179).
 const MAX_UNDAMPED_DECREASE: f64 = 1e-6;
 /// Damping of the undamped step: it only stops directions without any influence.
-const LEAST_DAMPING: f64 = 1e-14;
+const MIN_DAMPING: f64 = 1e-14;
 /// Damping at which the iteration ends, because nothing is left of a step.
 const MAX_DAMPING: f64 = 1e12;
 /// First damping. A larger one shortens the first steps, a smaller one makes them steps of Gauss and Newton.
@@ -34,7 +34,7 @@ const FIRST_DAMPING: f64 = 1e-3;
 const EXACT_FIT: f64 = 1e-20;
 /// Least ratio of the decrease to the predicted decrease of an accepted step. It only excludes steps without
 /// a real decrease (J. J. Moré, the same value).
-const LEAST_GAIN_RATIO: f64 = 1e-4;
+const MIN_GAIN_RATIO: f64 = 1e-4;
 
 /// Options of a search.
 pub(super) struct Levenberg<'a> {
@@ -81,7 +81,7 @@ impl Levenberg<'_> {
         while iterations < self.max_iterations {
             iterations += 1;
             let free = self.free(&at, &(jacobian.tr_mul(&residuals)));
-            let undamped = damped(&jacobian, &residuals, &norms, LEAST_DAMPING, &free);
+            let undamped = damped(&jacobian, &residuals, &norms, MIN_DAMPING, &free);
             let solve = |free: &[usize], held: &_| {
                 damped(&jacobian, &(&residuals + &jacobian * held), &norms, mu, free)
             };
@@ -107,7 +107,7 @@ impl Levenberg<'_> {
                 Ok((there, _)) if predicted > 0.0 => (sum - there.norm_squared()) / predicted,
                 _ => -1.0,
             };
-            if gain > LEAST_GAIN_RATIO {
+            if gain > MIN_GAIN_RATIO {
                 at = next;
                 (residuals, jacobian) = with_jacobian(&at)?;
                 norms = norms.zip_map(&column_norms(&jacobian), f64::max);

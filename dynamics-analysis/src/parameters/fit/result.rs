@@ -66,7 +66,7 @@ pub struct Outlier {
 const MIN_DATA_FOR_OUTLIERS: usize = 10;
 /// Least part of the sum of squares that an outlier makes. The datum then counts for more than all others
 /// together.
-const LEAST_OUTLIER_PART: f64 = 0.5;
+const MIN_OUTLIER_SHARE: f64 = 0.5;
 
 impl Outlier {
     /// The first outlier, and the index of its quantity.
@@ -78,7 +78,7 @@ impl Outlier {
             let largest = others.swap_remove(row);
             let times = largest / robust::median(&mut others);
             let (quantity, unit, (time, residual)) = (left.name.clone(), left.unit.clone(), left.points[row]);
-            (left.points.len() >= MIN_DATA_FOR_OUTLIERS && part > LEAST_OUTLIER_PART)
+            (left.points.len() >= MIN_DATA_FOR_OUTLIERS && part > MIN_OUTLIER_SHARE)
                 .then_some((index, Self { quantity, unit, row, time, residual, times, part }))
         })
     }

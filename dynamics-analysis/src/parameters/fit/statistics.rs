@@ -13,10 +13,10 @@ use super::{FitError, FitProblem, RANK_TOLERANCE_OF_JACOBIAN};
 
 /// Least change of the modelled values by an unknown (column of J times its size), relative to them. The
 /// influence of unknowns below it is only the error of the derivatives, and counts as 0.
-const LEAST_INFLUENCE: f64 = 1e-9;
+const MIN_INFLUENCE: f64 = 1e-9;
 /// Least coefficient with which a dependent column contains another one, for both to be named in one group.
 /// Smaller coefficients are errors of the derivatives, divided by the pivots.
-const LEAST_DEPENDENCE: f64 = 1e-3;
+const MIN_DEPENDENCE: f64 = 1e-3;
 
 impl Fit {
     /// The fit at the end of a search: covariance and correlations of the unknowns that lie on no bound, and
@@ -38,7 +38,7 @@ impl Fit {
         for (k, i) in free.iter().enumerate() {
             // The size of an unknown that ends near zero is its first value.
             let size = at[*i].abs().max(size(problem.unknowns[*i].first));
-            if of_free.column(k).norm() * size < LEAST_INFLUENCE * modelled {
+            if of_free.column(k).norm() * size < MIN_INFLUENCE * modelled {
                 of_free.column_mut(k).fill(0.0);
             }
         }
@@ -193,7 +193,7 @@ fn factor(jacobian: &DMatrix<f64>) -> Result<Factored, Vec<Vec<usize>>> {
         let dependent = r.view((0, rank), (rank, count - rank)).into_owned();
         let by = independent.solve_upper_triangular(&dependent).unwrap_or(dependent);
         let group = |j: usize| {
-            let with = (0..rank).filter(|i| by[(*i, j)].abs() > LEAST_DEPENDENCE).map(|i| order[i]);
+            let with = (0..rank).filter(|i| by[(*i, j)].abs() > MIN_DEPENDENCE).map(|i| order[i]);
             let mut group: Vec<usize> = with.chain([order[rank + j]]).collect();
             group.sort_unstable();
             group

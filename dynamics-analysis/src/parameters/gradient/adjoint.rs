@@ -15,7 +15,9 @@ use super::super::equations::{project_changes, size};
 use super::super::sensitivity::collocation::{
     FACTOR_WITHOUT_SOLUTION, Gauss, MAX_FACTOR_AFTER_REJECTION, step_factor,
 };
-use super::super::sensitivity::forward_pass::{LAST_STEP_STRETCH, MAX_STEPS, RESOLVED_PART};
+use super::super::sensitivity::forward_pass::{
+    LAST_STEP_FACTOR, MAX_STEPS, MORE_REPEATED_STEPS, REPEATED_STEPS_FACTOR, RESOLVED_SHARE,
+};
 use super::super::sensitivity::jumps::refuse_jumps;
 use super::super::sensitivity::variational_equations::VariationalEquations;
 use super::super::sensitivity_error::SensitivityError;
@@ -25,23 +27,18 @@ use super::objective::{Instant, ParsedObjective, WeightedSum};
 
 /// Least scale of the error of a derivative, relative to the influence of the whole motion on J divided by
 /// the size of the variable. A derivative without influence is only rounding.
-const LEAST_INFLUENCE: f64 = 1e-3;
+const MIN_INFLUENCE: f64 = 1e-3;
 /// Derivatives below this part of their least scale are integrated a second time with their own scale.
 const REPEATED_DERIVATIVE_SIZE: f64 = 1e-2;
-/// The second integration may take this many times the steps of the first one, plus [`MORE_REPEATED_STEPS`].
-const REPEATED_STEPS_FACTOR: usize = 4;
-/// Steps that the second integration may take in addition. If the derivative was only rounding, the first
-/// result counts.
-const MORE_REPEATED_STEPS: usize = 100;
 /// Largest difference between the change of an integrand over a step and the integral of its rate, relative
 /// to the integrand. A larger difference is examined for a jump.
-const EXAMINED_DIFFERENCE: f64 = 1e-6;
+const EXAMINED_MISMATCH: f64 = 1e-6;
 /// The same in tolerances, if that is larger.
-const EXAMINED_DIFFERENCE_IN_TOLERANCES: f64 = 100.0;
+const EXAMINED_MISMATCH_IN_TOLERANCES: f64 = 100.0;
 /// Halvings of a step with such a difference.
 const MAX_HALVINGS: usize = 10;
 /// Part of the difference that a jump leaves after all halvings; a corner leaves 2⁻¹⁰, a thousandth.
-const PERSISTENT_PART: f64 = 0.3;
+const PERSISTENT_SHARE: f64 = 0.3;
 /// Step of differences of the integrand by time, in parts of a step of integration.
 const TIME_DIFFERENCE_STEP: f64 = 1e-4;
 
@@ -69,7 +66,7 @@ pub(super) fn integrate_backward<M: Simulate + Parameters + Clone>(
     }
     refuse_jumps(motion, &knots)?;
     let values = variables.iter().map(|variable| variable.value(motion.model(), &motion.start()));
-    let mut least: Vec<f64> = values.map(|value| LEAST_INFLUENCE / value.map_or(1.0, size)).collect();
+    let mut least: Vec<f64> = values.map(|value| MIN_INFLUENCE / value.map_or(1.0, size)).collect();
     let (found, pass) =
         AdjointPass::run(motion, &knots, variables, plan, (tolerance, MAX_STEPS), &least, None)?;
     let mut again = false;
@@ -211,7 +208,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
             self.integrand = self.integrand.max(integrand.value(&self.linear, state)?.abs());
         }
         let motion = self.linear.motion;
-        self.least_value = LEAST_INFLUENCE * self.integrand * (motion.end_time() - motion.start_time()).abs();
+        self.least_value = MIN_INFLUENCE * self.integrand * (motion.end_time() - motion.start_time()).abs();
         Ok(())
     }
 
@@ -250,7 +247,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
     /// Relative difference between the change of an integrand and the integral of its rate above which it is
     /// examined.
     fn examined_difference(&self) -> f64 {
-        EXAMINED_DIFFERENCE.max(EXAMINED_DIFFERENCE_IN_TOLERANCES * self.tolerance)
+        EXAMINED_MISMATCH.max(EXAMINED_MISMATCH_IN_TOLERANCES * self.tolerance)
     }
 
     /// Integrates from the end to the start, and adds the terms of the objective at their instants.
@@ -363,9 +360,9 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
         let mut t = from;
         while sign * (to - t) > 0.0 {
             self.h = sign * self.h.abs();
-            let last = (to - t).abs() <= self.h.abs() * LAST_STEP_STRETCH;
+            let last = (to - t).abs() <= self.h.abs() * LAST_STEP_FACTOR;
             let h = if last { to - t } else { self.h };
-            if t + RESOLVED_PART * h == t && !last || self.steps >= self.most_steps {
+            if t + RESOLVED_SHARE * h == t && !last || self.steps >= self.most_steps {
                 return Err(SensitivityError::StepTooSmall { time: t });
             }
             let (Some(fine), Some(coarse)) = (self.step(t, h, true)?, self.step(t, h, false)?) else {
@@ -487,7 +484,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
                 off = off.max((fine.lambda[i] - coarse.lambda[i]).abs());
                 largest = largest.max(self.largest[i]).max(fine.lambda[i].abs());
             }
-            let least = if *size > 0.0 { LEAST_INFLUENCE * self.moved / size } else { 0.0 };
+            let least = if *size > 0.0 { MIN_INFLUENCE * self.moved / size } else { 0.0 };
             measure(off, largest.max(least));
         }
         for k in 0..fine.derivatives.len() {
@@ -522,7 +519,7 @@ impl<'a, 'm, M: Simulate + Parameters + Clone> AdjointPass<'a, 'm, M> {
                 [self.rate_mismatch(integrand, sides[0])?, self.rate_mismatch(integrand, sides[1])?];
             (ends, left) = if one >= other { (sides[0], one) } else { (sides[1], other) };
         }
-        if left > PERSISTENT_PART * first {
+        if left > PERSISTENT_SHARE * first {
             return Err(SensitivityError::Jump {
                 time: ends[0].0,
                 what: "an output that is integrated".into(),

@@ -30,9 +30,9 @@ const JUMP_WIDTH_IN_ROUNDINGS: f64 = 4.0;
 const NARROW_WIDTH: f64 = 8.0;
 /// Ratio of the largest change between two samples to the other changes with which it may be a jump. A
 /// smaller value starts searches at slopes, which end without a jump; a larger one halves intervals in vain.
-const LEAST_JUMP_RATIO: f64 = 4.0;
+const MIN_JUMP_RATIO: f64 = 4.0;
 /// Part of a jump that one of both halves keeps; a slope leaves a half in each.
-const PERSISTENT_PART: f64 = 0.7;
+const SHARE_OF_ONE_HALF: f64 = 0.7;
 /// Most samples between two knots. Beyond them the step size control handles an integrand that is rough
 /// everywhere.
 const MAX_SAMPLES: usize = 4000;
@@ -147,7 +147,7 @@ impl<M: Simulate + Parameters + Clone> IntegrandCorners<'_, '_, '_, M> {
             let changes: Vec<f64> = samples.windows(2).map(|pair| (&pair[1].1 - &pair[0].1).amax()).collect();
             let k = (0..8).max_by(|i, j| changes[*i].total_cmp(&changes[*j])).unwrap_or(0);
             let others = changes.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, change)| *change);
-            let stands_out = changes[k] > LEAST_JUMP_RATIO * others.fold(0.0, f64::max);
+            let stands_out = changes[k] > MIN_JUMP_RATIO * others.fold(0.0, f64::max);
             match stands_out.then(|| self.locate(&samples[k], &samples[k + 1])).transpose()?.flatten() {
                 Some(corner) => {
                     found.push(corner);
@@ -176,7 +176,7 @@ impl<M: Simulate + Parameters + Clone> IntegrandCorners<'_, '_, '_, M> {
             }
             let middle = self.sample(middle)?;
             let [before, after] = [size(&left, &middle), size(&middle, &right)];
-            if before.max(after) < PERSISTENT_PART * jump {
+            if before.max(after) < SHARE_OF_ONE_HALF * jump {
                 return Ok(None);
             }
             jump = before.max(after);

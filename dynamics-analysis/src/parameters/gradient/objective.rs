@@ -9,14 +9,10 @@ use dynamics_runtime::simulate::Simulate;
 use nalgebra::{DMatrix, DVector};
 
 use super::super::equations::{by_parameter, differences, not_solved};
-use super::super::sensitivity::MeasuredQuantity;
 use super::super::sensitivity::variational_equations::VariationalEquations;
+use super::super::sensitivity::{MeasuredQuantity, OUTPUT_STEP};
 use super::super::sensitivity_error::SensitivityError;
 use crate::linearize::scales;
-
-/// First step of differences of outputs, relative to the size of a coordinate. The error of order 4 and
-/// rounding are then both near 1e-12.
-const OUTPUT_STEP: f64 = 1e-3;
 
 /// A term of an objective, as it was given.
 pub(super) enum Term {

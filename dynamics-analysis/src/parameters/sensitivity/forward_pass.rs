@@ -20,20 +20,20 @@ use super::variational_equations::VariationalEquations;
 /// Least scale of the errors of a column, relative to the size of the motion divided by the size of the
 /// variable. A column without influence is only rounding, and would need infinitely short steps with its own
 /// scale.
-const LEAST_COLUMN_SCALE: f64 = 1e-3;
+const MIN_COLUMN_SCALE: f64 = 1e-3;
 /// Columns below this part of their least scale are integrated a second time with their own scale.
 const REPEATED_COLUMN_SIZE: f64 = 1e-2;
 /// The second integration may take this many times the steps of the first one, plus [`MORE_REPEATED_STEPS`].
-const REPEATED_STEPS_FACTOR: usize = 4;
-/// Steps that the second integration may take in addition. If the column was only rounding, no steps are
-/// short enough, and the first result counts.
-const MORE_REPEATED_STEPS: usize = 100;
+pub(in super::super) const REPEATED_STEPS_FACTOR: usize = 4;
+/// Steps that the second integration may take in addition. If the column or derivative was only
+/// rounding, no steps are short enough, and the first result counts.
+pub(in super::super) const MORE_REPEATED_STEPS: usize = 100;
 /// Most steps.
 pub(in super::super) const MAX_STEPS: usize = 1_000_000;
 /// A last step may be longer than the step size by this factor, so that no tiny step is left.
-pub(in super::super) const LAST_STEP_STRETCH: f64 = 1.01;
+pub(in super::super) const LAST_STEP_FACTOR: f64 = 1.01;
 /// Part of a step below which time does not resolve it: the nodes must be different times.
-pub(in super::super) const RESOLVED_PART: f64 = 0.01;
+pub(in super::super) const RESOLVED_SHARE: f64 = 0.01;
 
 /// The sensitivities at the requested times.
 pub(super) struct SensitivitySolution {
@@ -147,7 +147,7 @@ fn least_scales<M: Simulate>(motion: &Motion<'_, M>, variables: &[Variable]) -> 
     };
     let of_motion = [largest(M::State::q), largest(M::State::u)];
     let of = |k: usize| variables[k].value(motion.model(), &start).map_or(1.0, size);
-    DMatrix::from_fn(2, variables.len(), |half, k| LEAST_COLUMN_SCALE * of_motion[half] / of(k))
+    DMatrix::from_fn(2, variables.len(), |half, k| MIN_COLUMN_SCALE * of_motion[half] / of(k))
 }
 
 /// The integration of S.
@@ -178,9 +178,9 @@ impl<M: Simulate + Parameters + Clone> ForwardPass<'_, '_, M> {
         let mut t = from;
         while sign * (to - t) > 0.0 {
             self.h = sign * self.h.abs();
-            let last = (to - t).abs() <= self.h.abs() * LAST_STEP_STRETCH;
+            let last = (to - t).abs() <= self.h.abs() * LAST_STEP_FACTOR;
             let h = if last { to - t } else { self.h };
-            if t + RESOLVED_PART * h == t && !last || self.found.steps >= self.most_steps {
+            if t + RESOLVED_SHARE * h == t && !last || self.found.steps >= self.most_steps {
                 return Err(SensitivityError::StepTooSmall { time: t });
             }
             let mut at_nodes = |nodes: &[f64]| {

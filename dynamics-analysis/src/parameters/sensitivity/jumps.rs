@@ -16,11 +16,11 @@ use crate::LinearizeError;
 
 /// Difference of an input over half a step, relative to its values, above which it is examined for a jump. A
 /// smaller value costs time, a larger one misses small jumps.
-const EXAMINED_DIFFERENCE: f64 = 1e-3;
+const EXAMINED_INPUT_CHANGE: f64 = 1e-3;
 /// Halvings of an interval with a difference.
 const MAX_HALVINGS: usize = 30;
 /// Part of the difference that a jump leaves after all halvings; a slope leaves 2⁻³⁰ = 1e-9 of it.
-const PERSISTENT_PART: f64 = 0.3;
+const PERSISTENT_SHARE: f64 = 0.3;
 /// Parts of a fixed step at whose ends branches are compared. A branch that begins and ends within a part is
 /// missed.
 const PARTS_OF_FIXED_STEP: usize = 8;
@@ -81,7 +81,7 @@ fn refuse_jump<M: Simulate>(motion: &Motion<'_, M>, t: f64, h: f64) -> Result<()
         (between.fold(0.0, f64::max), size(&before).max(size(&after)))
     };
     let ((far, size), (near, _)) = (across(FAR_DISTANCE * h), across(NEAR_DISTANCE * h));
-    if near > ROUNDING_OF_ACCELERATIONS * size && near > PERSISTENT_PART * far {
+    if near > ROUNDING_OF_ACCELERATIONS * size && near > PERSISTENT_SHARE * far {
         return Err(SensitivityError::Jump { time: t, what: "an acceleration".into() });
     }
     Ok(())
@@ -141,7 +141,7 @@ fn refuse_law<M: Simulate>(motion: &Motion<'_, M>, from: f64, to: f64) -> Result
         };
         for i in 0..M::Inputs::LEN {
             let (first, size) = differ(&ends, i);
-            if first <= EXAMINED_DIFFERENCE * size {
+            if first <= EXAMINED_INPUT_CHANGE * size {
                 continue;
             }
             for _ in 0..MAX_HALVINGS {
@@ -150,7 +150,7 @@ fn refuse_law<M: Simulate>(motion: &Motion<'_, M>, from: f64, to: f64) -> Result
                 let sides = [[ends[0], half], [half, ends[1]]];
                 ends = if differ(&sides[0], i).0 >= differ(&sides[1], i).0 { sides[0] } else { sides[1] };
             }
-            if differ(&ends, i).0 > PERSISTENT_PART * first {
+            if differ(&ends, i).0 > PERSISTENT_SHARE * first {
                 return Err(SensitivityError::Jump { time: ends[0].0, what: M::INPUTS[i].name.to_string() });
             }
         }

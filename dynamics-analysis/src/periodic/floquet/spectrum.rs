@@ -26,13 +26,13 @@ fn scale(m: &DMatrix<f64>, weights: &DVector<f64>) -> DMatrix<f64> {
 /// A monodromy matrix and the error bounds of its elements, in the scales of the coordinates.
 pub(super) struct Scaled {
     m: DMatrix<f64>,
-    unsure: DMatrix<f64>,
+    uncertainty: DMatrix<f64>,
     weights: DVector<f64>,
 }
 
 impl Scaled {
-    pub(super) fn new(m: &DMatrix<f64>, unsure: &DMatrix<f64>, weights: DVector<f64>) -> Self {
-        Self { m: scale(m, &weights), unsure: scale(unsure, &weights), weights }
+    pub(super) fn new(m: &DMatrix<f64>, uncertainty: &DMatrix<f64>, weights: DVector<f64>) -> Self {
+        Self { m: scale(m, &weights), uncertainty: scale(uncertainty, &weights), weights }
     }
 
     /// A bilinear form in the scales of the coordinates.
@@ -49,7 +49,7 @@ impl Scaled {
     /// The largest defect that the errors of M and W can cause.
     pub(super) fn allowed_defect(&self, w: &DMatrix<f64>) -> f64 {
         let w = self.weigh(w).abs();
-        let (m, off) = (self.m.abs(), &self.unsure);
+        let (m, off) = (self.m.abs(), &self.uncertainty);
         let of_m = m.tr_mul(&(&w * off)) + off.tr_mul(&(&w * &m));
         let of_w = m.tr_mul(&(&w * &m)) * FORM_ERROR;
         (DEFECT_ERROR_FACTOR * of_m + of_w).amax() / w.amax().max(f64::MIN_POSITIVE)
@@ -87,7 +87,7 @@ impl Scaled {
             })
             .collect();
         let rest = basis.tr_mul(&(&self.m * &basis));
-        let off = basis.abs().tr_mul(&(&self.unsure * basis.abs()));
+        let off = basis.abs().tr_mul(&(&self.uncertainty * basis.abs()));
         let mut shapes = alloc::vec![DVector::zeros(n); found.len()];
         for (multiplier, shape) in spectrum(&rest, &off)? {
             found.push(multiplier);

@@ -29,7 +29,7 @@ const MAX_PERIOD_CHANGE: f64 = 0.3;
 /// Most halvings of a step. If none reduces the residuals enough, the search ends.
 const MAX_STEP_HALVINGS: usize = 10;
 /// Part of the linear decrease that an accepted step must reach (Armijo's condition).
-const LEAST_DECREASE: f64 = 0.1;
+const MIN_DECREASE: f64 = 0.1;
 /// Size of a step, relative to the ranges, at which the search has converged. Further steps are rounding of
 /// the integration.
 const CONVERGED_STEP: f64 = 1e-10;
@@ -48,7 +48,7 @@ const RANK_TOLERANCE_OF_CONDITIONS: f64 = 1e-9;
 /// a family isolated.
 const RANK_TOLERANCE_IN_TOLERANCES: f64 = 100.0;
 /// Least rank tolerance of the gaps. It is the rounding of the derivatives at the finest tolerances.
-const LEAST_RANK_TOLERANCE: f64 = 1e-10;
+const MIN_RANK_TOLERANCE: f64 = 1e-10;
 /// Step of differences of the energy function, in the scales of the coordinates, by the formula of order 6.
 const ENERGY_STEP: f64 = 0.01;
 /// Largest number of repeats within the period that is detected. Each costs a part of a shot.
@@ -131,7 +131,7 @@ impl<S> Shots<S> {
         }
         let svd = (&self.jacobian * &free).svd(true, true);
         let (most, least) = (svd.singular_values.max(), svd.singular_values.min());
-        let floor = (RANK_TOLERANCE_IN_TOLERANCES * tolerance).max(LEAST_RANK_TOLERANCE) * most;
+        let floor = (RANK_TOLERANCE_IN_TOLERANCES * tolerance).max(MIN_RANK_TOLERANCE) * most;
         let left = -(&self.misses + &self.jacobian * &particular);
         let step = particular + &free * svd.solve(&left, floor).ok()?;
         let v = svd.v_t?;
@@ -456,7 +456,7 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
         for _ in 0..MAX_STEP_HALVINGS {
             let period = shots.period * (1.0 + part * of_period);
             match self.moved(shots, &(step.rows(0, m * shots.nodes.len()) * part), period) {
-                Ok(next) if next.merit() <= (1.0 - LEAST_DECREASE * part) * shots.merit() => {
+                Ok(next) if next.merit() <= (1.0 - MIN_DECREASE * part) * shots.merit() => {
                     return Some(next);
                 }
                 Ok(_) => {}

@@ -25,7 +25,7 @@ use super::sample::{Sample, random};
 /// is not determined.
 const MOST_ROWS: usize = 16;
 /// Most nodes that Lie brackets may add to the graph. Beyond, integrability is not determined.
-const MOST_NODES: usize = 60_000;
+const MOST_BRACKET_NODES: usize = 60_000;
 
 /// Largest element of a bracket that cancels: rounding errors of sums whose terms are about 1.
 const CANCELLED: f64 = 1e-9;
@@ -197,7 +197,7 @@ impl<'g> Distribution<'g> {
         let mut read = g.cone(&nodes).into_iter().map(|id| g.node(id));
         let timed = read.any(|n| matches!(n, Node::Symbol(Symbol::Time)))
             || group.iter().any(|r| !g.is_zero(rows.offset[*r]));
-        let limit = g.len() + MOST_NODES;
+        let limit = g.len() + MOST_BRACKET_NODES;
         let (pivots, solved) = eliminate(g, matrix.clone())?;
         let free =
             (0..symbols.len()).filter(|j| !pivots.contains(j) && (timed || symbols[*j] != Symbol::Time));

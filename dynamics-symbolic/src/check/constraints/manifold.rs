@@ -58,9 +58,9 @@ const NEGLIGIBLE: f64 = 1e-6;
 pub(super) struct SampledManifold {
     /// States on it.
     pub(super) samples: Vec<Sample>,
-    /// RowsAtSample each of them, the number of coordinates less the dimension of the manifold.
+    /// At each of them, the number of coordinates less the dimension of the manifold.
     pub(super) held: Vec<usize>,
-    /// RowsAtSample each of them, whether rows are tangent.
+    /// At each of them, whether rows are tangent.
     places: Vec<bool>,
     /// Rows that at some of them have no direction of their own, though they hold positions that the others
     /// leave free.
