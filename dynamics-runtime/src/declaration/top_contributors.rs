@@ -20,7 +20,7 @@ impl TopContributors {
     /// Number of contributors that are kept.
     pub const KEPT: usize = 6;
     /// Shares below this part of the largest are left out: they are rounding, or do not help the reader.
-    const LEAST_SHARE: f64 = 1e-3;
+    const MIN_SHARE: f64 = 1e-3;
 
     /// Of quantities, given by index, those with the largest shares by absolute value.
     pub(crate) fn ranked(
@@ -35,7 +35,7 @@ impl TopContributors {
         let mut out = Self { of, kept: [0; Self::KEPT], count: 0 };
         let (mut largest, mut count) = (0.0_f64, 0_usize);
         all(&mut |_, share| largest = largest.max(share));
-        let least = Self::LEAST_SHARE * largest;
+        let least = Self::MIN_SHARE * largest;
         all(&mut |_, share| count += usize::from(share > least));
         out.count = u16::try_from(count).unwrap_or(u16::MAX);
         // Selection by falling share, earlier ones first where equal: there are few.

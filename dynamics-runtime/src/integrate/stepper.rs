@@ -28,7 +28,7 @@ use stiffness::STIFFNESS_INTERVAL;
 
 /// Rejections in a row before a step is given up. A step that cannot be evaluated is quartered each time, one
 /// whose error is too large shrinks by the power law of the error: neither takes half as many.
-const MOST_REJECTIONS: u32 = 60;
+const MAX_REJECTIONS: u32 = 60;
 /// A projection that moves the end of a step by so many times the constraint violation shows that the step is
 /// near a position where the constraints lose rank. It is then repeated with projected stages, if it moves by
 /// more than [`SIGNIFICANT_MOVE`], too. Away from such positions the ratio is near 1.
@@ -288,7 +288,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 self.h = shorter * h.abs();
                 self.control.iter_mut().for_each(Controller::failed);
             }
-            let hopeless = self.h <= 4.0 * f64::EPSILON * start.t.abs() || failures > MOST_REJECTIONS;
+            let hopeless = self.h <= 4.0 * f64::EPSILON * start.t.abs() || failures > MAX_REJECTIONS;
             if hopeless || self.is_fixed() {
                 return Err(self.give_up(failure, h));
             }
@@ -514,7 +514,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         if self.stiffness_counts.0 > 0 || self.accepted.is_multiple_of(STIFFNESS_INTERVAL) {
             self.test_stiffness(h, &end);
         }
-        let step = Step { start, end, h, kept: flags };
+        let step = Step { start, end, h, flags };
         self.scheme.accept_step(&step);
         step
     }

@@ -26,10 +26,10 @@ use crate::model::Vector;
 /// Largest violation, in permitted errors, that projecting the end of a step may remove without counting as
 /// an error of the step. Beyond, the constraints would decide the motion instead of the method. A smaller
 /// value rejects more steps of long runs, a larger one accepts steps that projection displaces.
-const MOST_VIOLATION: f64 = 10.0;
+const MAX_VIOLATION: f64 = 10.0;
 /// Further attempts to make a step near rank loss, each with other stages and another end. At the position
 /// itself rounding decides, and ever shorter steps come only nearer to it.
-const MOST_RETRIES: u32 = 5;
+const MAX_RETRIES: u32 = 5;
 /// Under step control each retry is shorter than the one before by this factor.
 const RETRY_FACTOR: f64 = 0.8;
 /// Where the retries of a fixed step end: at a part of what is left to its end, or behind that by a part of a
@@ -45,13 +45,13 @@ const USUAL_CHANGE: f64 = 2.0;
 const ROUNDING_DISAGREEMENT: f64 = 0.1;
 /// Largest part of the way of a fixed step, in positions or in velocities, by which projection may displace
 /// its end. No tolerance judges it; beyond, the step is an error.
-const MOST_DISPLACEMENT: f64 = 0.02;
+const MAX_DISPLACEMENT: f64 = 0.02;
 /// The end of a shorter step replaces a longer one only if its uncertainty is smaller by this factor: the
 /// longer step has come further, and may have passed the position.
 const PREFERRED_CERTAINTY: f64 = 4.0;
 /// Largest second-order part of a projection for which its direction counts as constant along it. A move of
 /// `by` permitted errors is by·tolerance long, and its second-order part is by²·tolerance permitted errors.
-const MOST_CURVATURE: f64 = 0.1;
+const MAX_CURVATURE: f64 = 0.1;
 /// Part of a fixed step by which an end may miss that of the step and still counts as the same time.
 const SAME_TIME_PART: f64 = 1e-6;
 /// Uncertainty from rounding at the end of a step, in permitted errors, from which on it counts as a
@@ -107,7 +107,7 @@ impl SingularityCrossing {
         {
             self.best_uncertain = Some((trial.end.t, trial.noise));
         }
-        let is_left = *retries < MOST_RETRIES;
+        let is_left = *retries < MAX_RETRIES;
         *retries += u32::from(is_left);
         is_left
     }
@@ -118,7 +118,7 @@ impl SingularityCrossing {
         // A certain end is better than any uncertain one. A step whose error is merely too large is left to
         // the step control.
         let is_uncertain = trial.noise > 1.0 && least <= PREFERRED_CERTAINTY * trial.noise;
-        let is_given_up = trial.error > 1.0 && retries == MOST_RETRIES;
+        let is_given_up = trial.error > 1.0 && retries == MAX_RETRIES;
         let is_better = end != trial.end.t && (is_uncertain || is_given_up);
         self.is_last |= is_better;
         is_better.then_some(end)
@@ -189,7 +189,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         ends: (&Phase<V>, &Phase<V>),
         end_t: f64,
     ) -> Result<f64, Y::Error> {
-        let violated = moved.violation / MOST_VIOLATION;
+        let violated = moved.violation / MAX_VIOLATION;
         if Y::IS_UNCONSTRAINED || violated <= 1.0 || self.is_fixed() {
             Ok(violated)
         } else {
@@ -208,12 +208,12 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         end_t: f64,
     ) -> Result<f64, Y::Error> {
         let (start, tolerances) = (&self.now, &self.options.tolerances);
-        let violated = moved.violation / MOST_VIOLATION;
+        let violated = moved.violation / MAX_VIOLATION;
         let tolerance = math::max(tolerances.absolute, tolerances.relative);
         let end = StepNode { t: end_t, y: *to, a: start.a };
         let is_rounding = moved.noise > 1.0;
         if !is_rounding
-            || moved.by * moved.by * tolerance > MOST_CURVATURE
+            || moved.by * moved.by * tolerance > MAX_CURVATURE
             || !system.is_near_rank_loss(start, &end)
         {
             return Ok(violated);
@@ -273,7 +273,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     }
 
     /// The best attempt at a fixed step near rank loss, or an error where its stages disagree by more than
-    /// [`MOST_DISPLACEMENT`] of its way.
+    /// [`MAX_DISPLACEMENT`] of its way.
     #[cold]
     pub(super) fn check_disagreement<E>(
         &self,
@@ -324,7 +324,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         if (limit - end) * h.signum() < 0.0 { limit } else { end }
     }
 
-    /// The coordinate that a move displaced most, if that was by more than [`MOST_DISPLACEMENT`] of the way
+    /// The coordinate that a move displaced most, if that was by more than [`MAX_DISPLACEMENT`] of the way
     /// of a step from here.
     #[cold]
     pub(super) fn displaced_coordinate(&self, from: &Phase<V>, to: &Phase<V>, h: f64) -> Option<usize> {
@@ -349,7 +349,7 @@ fn displaced_coordinate([q, to_q, u, to_u, at_start]: [&[f64]; 5], h: f64) -> Op
     let largest =
         |values: &mut dyn Iterator<Item = f64>| values.fold(0.0f64, |most, x| math::max(most, x.abs()));
     let is_far = |from: &[f64], to: &[f64], way: f64| {
-        largest(&mut to.iter().zip(from).map(|(to, from)| to - from)) > MOST_DISPLACEMENT * way
+        largest(&mut to.iter().zip(from).map(|(to, from)| to - from)) > MAX_DISPLACEMENT * way
     };
     let speed = 0.5 * (largest(&mut at_start.iter().copied()) + largest(&mut to_u.iter().copied()));
     let is_far_in_q = is_far(q, to_q, speed * h);

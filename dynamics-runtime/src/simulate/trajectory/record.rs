@@ -21,7 +21,7 @@ pub(crate) struct Record<M: Model> {
     /// Size of the step from here to the next record; 0 where none leaves: at a reset and at the end.
     pub(crate) h: f64,
     /// How that step was projected and on which branches, so that it can be made again.
-    pub(crate) kept: StepFlags,
+    pub(crate) flags: StepFlags,
     /// Mean sensitivity of the projections before this step. It determines which states of the step were
     /// projected, and are projected when it is made again.
     pub(crate) usual: Option<f64>,
@@ -42,7 +42,7 @@ impl<M: Model> Record<M> {
     pub(crate) fn new(knot: &StepNode<M::Vector>, held: M::Inputs, active_set: ActiveSet) -> Self {
         let mut state = M::State::new(knot.t, knot.y.q, knot.y.u, held);
         *state.active_set_mut() = active_set;
-        Self { state, accelerations: knot.a, h: 0.0, kept: StepFlags::default(), usual: None, pace: 0.0 }
+        Self { state, accelerations: knot.a, h: 0.0, flags: StepFlags::default(), usual: None, pace: 0.0 }
     }
 
     /// Where a step starts.
@@ -52,7 +52,7 @@ impl<M: Model> Record<M> {
         active_set: ActiveSet,
         (usual, pace): (Option<f64>, f64),
     ) -> Self {
-        Self { h: step.h, kept: step.kept, usual, pace, ..Self::new(&step.start, held, active_set) }
+        Self { h: step.h, flags: step.flags, usual, pace, ..Self::new(&step.start, held, active_set) }
     }
 
     /// A start where nothing could be evaluated.
@@ -63,7 +63,7 @@ impl<M: Model> Record<M> {
             state: start,
             accelerations: unknown,
             h: 0.0,
-            kept: StepFlags::default(),
+            flags: StepFlags::default(),
             usual: None,
             pace: 0.0,
         }

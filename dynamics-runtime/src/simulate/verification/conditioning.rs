@@ -37,7 +37,7 @@ pub struct Conditioning {
 
 /// Singular positions are searched only in models of up to so many coordinates: the condition number of the
 /// constraints takes 30 n³ operations at every quarter of a step.
-const MOST_COORDINATES: usize = 32;
+const MAX_COORDINATES: usize = 32;
 /// A condition number of n coordinates takes as long as n²/8 evaluations of the accelerations, measured on a
 /// chain of 45 masses, whose accelerations take time in proportion to n. The search takes as long as the run,
 /// but looks at [`MIN_STATES`] at least.
@@ -80,7 +80,7 @@ impl<M: SimulationModel> Motion<'_, M> {
     /// Whether singular positions are searched: only with constraints and up to 32 coordinates, because it
     /// would cost more than the run.
     pub(crate) fn checks_singular_positions(&self) -> bool {
-        M::IS_CONSTRAINED && M::COORDINATES.len() <= MOST_COORDINATES && self.is_repeatable()
+        M::IS_CONSTRAINED && M::COORDINATES.len() <= MAX_COORDINATES && self.is_repeatable()
     }
 
     /// Times and conditioning of the constraints at the quarters of the step that leaves a record.
