@@ -178,7 +178,7 @@ pub enum SolveError {
          not decided; choose another method, as methods::Dop853"
     )]
     NotExpandable {
-        /// The rows that do, the most involved first.
+        /// The rows that do, the largest contributor first.
         rows: TopContributors,
     },
     /// A constraint, its Jacobian or γ is infinite or not a number.

@@ -16,8 +16,8 @@ pub use equations::{Equations, multipliers};
 
 pub use crate::model::MAX_SERIES_ORDER as MAX_ORDER;
 
-/// CauchySums of a block: one vector register, or two. With twice as many a double pendulum has two lanes of zeros,
-/// and takes 3 % longer.
+/// Sums of a block: one vector register, or two. With twice as many a double pendulum has two lanes of
+/// zeros, and takes 3 % longer.
 pub const WIDTH: usize = 4;
 
 /// Values of B·[`WIDTH`] lanes, as vectors. Without explicit vectors the compiler also vectorises the scalar

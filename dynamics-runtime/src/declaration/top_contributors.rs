@@ -63,7 +63,7 @@ impl TopContributors {
             .map(move |i| of.get(usize::from(i)).map_or("", |one| one.name))
     }
 
-    /// The unit of the most involved.
+    /// The unit of the largest contributor.
     #[cfg(feature = "alloc")]
     pub(crate) fn unit(&self) -> &'static str {
         self.of.get(usize::from(self.kept[0])).filter(|_| self.count > 0).map_or("", |one| one.unit)
@@ -135,7 +135,7 @@ mod tests {
         [named("a"), named("b"), named("c"), named("d"), named("e"), named("f"), named("g"), named("h")];
 
     #[test]
-    fn the_most_involved_come_first() {
+    fn the_largest_contributors_come_first() {
         let involved = TopContributors::ranked(&OF, [0.1, -2.0, 1e-9, 0.1].into_iter().enumerate());
         assert!(involved.names().eq(["b", "a", "d"]) && involved.count() == 3);
         assert_eq!(involved.to_string(), "`b`, `a`, `d`");

@@ -57,7 +57,7 @@ const NEWTON_ERROR_PART: f64 = 1e-2;
 /// Corrections of positions up to this part of the summands of the positions are rounding.
 const CORRECTION_ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Corrections that shrink by no more than this factor are rounding already below [`STALLED_CORRECTION`]: near
-/// rank loss constraints amplify rounding.
+/// a rank loss the constraints amplify rounding.
 const STALLED_RATE: f64 = 0.5;
 /// See [`STALLED_RATE`]; a part of the summands of the positions.
 const STALLED_CORRECTION: f64 = 1e-10;
