@@ -33,7 +33,7 @@ use alloc::vec::Vec;
 
 use dynamics_runtime::constrain::active_rows;
 use dynamics_runtime::constrain::{check_start, solve_once};
-use dynamics_runtime::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Quantity, Terms, Vector};
+use dynamics_runtime::model::{Branches, Constraints, Kink, MAX_KINKS, ModelState, Quantity, Terms, Vector};
 use nalgebra::{Complex, DMatrix, DVector};
 
 pub use error::LinearizeError;
@@ -260,7 +260,7 @@ const EQUAL_DERIVATIVES: f64 = 1e-12;
 /// Refuses states at which a branch of the model changes, unless both sides have the same derivatives there.
 /// For example, drag −|v| v at rest has.
 fn refuse_corner<M: Constraints>(model: &M, state: &M::State) -> Result<(), LinearizeError> {
-    let mut kinks = [Kink::NONE; MOST_KINKS];
+    let mut kinks = [Kink::NONE; MAX_KINKS];
     model.kinks(state, &mut kinks);
     let at_zero = |(_, kink): &(usize, &Kink)| kink.decides && kink.value == 0.0;
     let side = |below: bool| {

@@ -178,7 +178,7 @@ pub enum SolveError {
          not decided; choose another method, as methods::Dop853"
     )]
     NotExpandable {
-        /// The rows that do, the most involved first.
+        /// The rows that do, the largest contributor first.
         rows: TopContributors,
     },
     /// A constraint, its Jacobian or γ is infinite or not a number.
@@ -203,12 +203,12 @@ impl From<SingularMassMatrix> for SolveError {
 
 /// Residuals of accelerations from here on are not printed: they are those of a mechanism that locks up, and
 /// their digits depend on the last step.
-const MOST_PRINTED_RESIDUAL: f64 = 1e12;
+const MAX_PRINTED_RESIDUAL: f64 = 1e12;
 
 fn contradiction(row: &str, residual: &f64, rank: &usize, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     write!(f, "the constraints contradict each other: no acceleration satisfies `{row}` ")?;
     // Where velocities grow without bound, the residual does, too.
-    if residual.abs() < MOST_PRINTED_RESIDUAL {
+    if residual.abs() < MAX_PRINTED_RESIDUAL {
         write!(f, "(missed by {residual:e}) ")?;
     }
     write!(f, "together with the others, whose Jacobian has rank {rank} here")

@@ -25,7 +25,7 @@ pub use active_set::ActiveSet;
 #[cfg(feature = "alloc")]
 pub(crate) use check::{parameter_not_finite, violated_assumption};
 pub use constraints::{Constraints, NoMatrix, NoRows, Solved, Terms, Workspace};
-pub use kinks::{Branches, Kink, MOST_KINKS};
+pub use kinks::{Branches, Kink, MAX_KINKS};
 pub(crate) use static_traits::StaticTraits;
 pub use vector::{InputValues, Square, Vector};
 
@@ -212,9 +212,9 @@ pub trait Dynamics: Model {
     /// do not use the state.
     fn assumptions(&self, _state: &Self::State, _visit: &mut dyn FnMut(&[f64])) {}
 
-    /// How many kinks [`Dynamics::kinks`] writes, at most [`MOST_KINKS`].
+    /// How many kinks [`Dynamics::kinks`] writes, at most [`MAX_KINKS`].
     const KINKS: usize = 0;
-    /// Whether these are all kinks: `false` for models with more than [`MOST_KINKS`], and where choices depend
+    /// Whether these are all kinks: `false` for models with more than [`MAX_KINKS`], and where choices depend
     /// on accelerations.
     const KINKS_ARE_ALL: bool = true;
     /// Where the accelerations are not smooth, by the model's own expressions (`if`, min, max, abs, signum,
@@ -238,7 +238,7 @@ pub trait Dynamics: Model {
     }
     /// Taylor coefficients of the motion through a state with these accelerations, inputs and active set held:
     /// x(t + s·scale) = Σ xₖ sᵏ. Rows k of q and u get the coefficients k; as many orders as there are rows,
-    /// at most [`MOST_SERIES_ORDER`]. Called only where [`Dynamics::SERIES`] is [`Expansion::Generated`].
+    /// at most [`MAX_SERIES_ORDER`]. Called only where [`Dynamics::SERIES`] is [`Expansion::Generated`].
     /// Returns false where no series exists at this state, since constraints depend on each other.
     fn series(
         &self,
@@ -254,7 +254,7 @@ pub trait Dynamics: Model {
 }
 
 /// Highest order of a Taylor series of a motion.
-pub const MOST_SERIES_ORDER: usize = 30;
+pub const MAX_SERIES_ORDER: usize = 30;
 
 /// Kinetic and potential energy apart: models without a `#[lagrangian]`.
 pub trait Energies: Dynamics {

@@ -14,10 +14,10 @@ use wide::f64x4;
 pub use constrained::{ConstrainedMemory, Factors, Recurrences, expand_constrained};
 pub use equations::{Equations, multipliers};
 
-pub use crate::model::MOST_SERIES_ORDER as MOST_ORDER;
+pub use crate::model::MAX_SERIES_ORDER as MAX_ORDER;
 
-/// CauchySums of a block: one vector register, or two. With twice as many a double pendulum has two lanes of zeros,
-/// and takes 3 % longer.
+/// Sums of a block: one vector register, or two. With twice as many a double pendulum has two lanes of
+/// zeros, and takes 3 % longer.
 pub const WIDTH: usize = 4;
 
 /// Values of B·[`WIDTH`] lanes, as vectors. Without explicit vectors the compiler also vectorises the scalar
@@ -43,8 +43,8 @@ impl<const B: usize> Row<B> {
 pub type Coefficients<const N: usize, const B: usize> = ([f64; N], [[f64; WIDTH]; B], [[f64; WIDTH]; B]);
 
 /// Reciprocals of the orders, and of the one after them.
-const RECIPROCAL: [f64; MOST_ORDER + 2] = {
-    let mut table = [0.0; MOST_ORDER + 2];
+const RECIPROCAL: [f64; MAX_ORDER + 2] = {
+    let mut table = [0.0; MAX_ORDER + 2];
     let mut k = 1;
     while k < table.len() {
         table[k] = 1.0 / k as f64;
@@ -62,13 +62,13 @@ fn with_reciprocal(k: usize) -> [f64; 2] {
 /// Factors of all lanes, order by order.
 #[derive(Clone, Debug)]
 pub struct Rows<const B: usize> {
-    left: [Row<B>; MOST_ORDER + 1],
-    right: [Row<B>; MOST_ORDER + 1],
+    left: [Row<B>; MAX_ORDER + 1],
+    right: [Row<B>; MAX_ORDER + 1],
 }
 
 impl<const B: usize> Default for Rows<B> {
     fn default() -> Self {
-        Self { left: [Row::ZERO; MOST_ORDER + 1], right: [Row::ZERO; MOST_ORDER + 1] }
+        Self { left: [Row::ZERO; MAX_ORDER + 1], right: [Row::ZERO; MAX_ORDER + 1] }
     }
 }
 
@@ -112,7 +112,7 @@ impl<S: PartialEq, const Z: usize, const B: usize> Memory<S, Z, B> {
     }
 }
 
-/// Coefficients of q and u of the orders 0 to `q.len() − 1` (at most [`MOST_ORDER`]) from q₀, u₀ in the first
+/// Coefficients of q and u of the orders 0 to `q.len() − 1` (at most [`MAX_ORDER`]) from q₀, u₀ in the first
 /// rows, q̈₀, and `next`: (coefficients of t, q and u; k and 1/k; sums of the lanes) ↦ those of q̈ and of the
 /// lanes' factors.
 #[inline(always)]
@@ -123,7 +123,7 @@ pub fn expand<const N: usize, const B: usize>(
     rows: &mut Rows<B>,
     mut next: impl FnMut(f64, &[f64; N], &[f64; N], &[f64; 2], &[[f64; WIDTH]; B]) -> Coefficients<N, B>,
 ) {
-    let order = (q.len().min(u.len()) - 1).min(MOST_ORDER);
+    let order = (q.len().min(u.len()) - 1).min(MAX_ORDER);
     // Coefficients of order k are kept as values: rows that have just been stored element by element cannot be
     // loaded as vectors for some cycles.
     let (mut of_q, mut of_u) = (q[0].data.0[0], u[0].data.0[0]);

@@ -25,10 +25,10 @@ impl SlowBuildNote {
 impl Drop for SlowBuildNote {
     fn drop(&mut self) {
         /// Shorter times need no explanation.
-        const LEAST_TIME: std::time::Duration = std::time::Duration::from_secs(5);
+        const MIN_TIME: std::time::Duration = std::time::Duration::from_secs(5);
         static ONCE: std::sync::Once = std::sync::Once::new();
         let took = self.begun.elapsed();
-        if took > LEAST_TIME && std::env::var_os("DYNAMICS_QUIET").is_none() {
+        if took > MIN_TIME && std::env::var_os("DYNAMICS_QUIET").is_none() {
             ONCE.call_once(|| {
                 eprintln!(
                     "dynamics: this took {:.0} s because the crate is compiled without optimisation; use \

@@ -247,7 +247,7 @@ fn steps_without_a_solution_have_no_end() {
         let mut system = |t: f64, _: &V1, u: &V1| Ok::<_, Infallible>(V1::new(a(t, u)));
         let y = Phase { q: V1::new(0.0), u: V1::new(1.0) };
         let start = StepNode { t: 0.0, y, a: system(0.0, &y.q, &y.u).unwrap() };
-        let step = Step { start, end: start, h, kept: StepFlags::default() };
+        let step = Step { start, end: start, h, flags: StepFlags::default() };
         Stepper::replay_end(&mut S::new(), &mut system, &step, &Tolerances::both(1e-6)).unwrap()
     }
     fn check<S: Scheme<V1>>() {

@@ -5,7 +5,7 @@
 //! where it began, because a constant force does not become smaller. So the search goes along the
 //! acceleration until a branch of the model changes, and compares the forces on both sides.
 
-use dynamics_runtime::model::{Constraints, Kink, MOST_KINKS, ModelState, Vector};
+use dynamics_runtime::model::{Constraints, Kink, MAX_KINKS, ModelState, Vector};
 use nalgebra::DVector;
 
 use super::EquilibriumError;
@@ -43,7 +43,7 @@ pub(super) fn downhill_corner<M: Constraints>(
     let state_at = |s: f64| projected(model, constants, displaced(state, &(&direction * s)));
     // The first change of a branch along it, by doubling and bisection.
     let side = |nearby: &M::State| {
-        let mut kinks = [Kink::NONE; MOST_KINKS];
+        let mut kinks = [Kink::NONE; MAX_KINKS];
         model.kinks(nearby, &mut kinks);
         kinks.map(|kink| kink.decides && kink.value < 0.0)
     };

@@ -10,7 +10,7 @@
 //! it. Far from its well even the stiffness of −e^(−x²) underflows.
 
 use dynamics_runtime::error::SolveError;
-use dynamics_runtime::model::{Constraints, Kink, MOST_KINKS, ModelState, Vector};
+use dynamics_runtime::model::{Constraints, Kink, MAX_KINKS, ModelState, Vector};
 use nalgebra::{DMatrix, DVector};
 
 use super::EquilibriumError;
@@ -66,8 +66,8 @@ fn largest(values: impl Iterator<Item = f64>) -> usize {
 }
 
 /// The intervals in which each switching function of the model keeps its branch.
-fn smooth_intervals<M: Constraints>(model: &M, state: &M::State) -> [[f64; 2]; MOST_KINKS] {
-    let mut kinks = [Kink::NONE; MOST_KINKS];
+fn smooth_intervals<M: Constraints>(model: &M, state: &M::State) -> [[f64; 2]; MAX_KINKS] {
+    let mut kinks = [Kink::NONE; MAX_KINKS];
     model.kinks(state, &mut kinks);
     kinks.map(|kink| kink.smooth)
 }

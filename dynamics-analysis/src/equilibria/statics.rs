@@ -3,7 +3,7 @@
 use alloc::vec::Vec;
 
 use dynamics_runtime::constrain::active_rows;
-use dynamics_runtime::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Terms, Vector};
+use dynamics_runtime::model::{Branches, Constraints, Kink, MAX_KINKS, ModelState, Terms, Vector};
 use nalgebra::{DMatrix, DVector};
 
 use super::EquilibriumError;
@@ -274,7 +274,7 @@ impl<R: Vector> Statics<R> {
         state: &M::State,
         allowed: &DVector<f64>,
     ) -> Result<Option<(usize, f64)>, EquilibriumError> {
-        let mut kinks = [Kink::NONE; MOST_KINKS];
+        let mut kinks = [Kink::NONE; MAX_KINKS];
         model.kinks(state, &mut kinks);
         for (index, _) in kinks.iter().enumerate().filter(|(_, kink)| kink.decides && kink.value == 0.0) {
             for below in [true, false] {

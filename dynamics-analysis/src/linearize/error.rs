@@ -38,7 +38,7 @@ pub enum LinearizeError {
     #[error(
         "choices of the model (`if`, min, max, abs, signum) are more than the {} that are followed, or \
          depend on accelerations, so that jumps on the way are not seen; smooth some of them",
-        dynamics_runtime::model::MOST_KINKS
+        dynamics_runtime::model::MAX_KINKS
     )]
     BranchesNotFollowed,
     /// The model was written by hand, its derivatives are too large to be generated, or they take a fourth

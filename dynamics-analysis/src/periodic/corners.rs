@@ -14,7 +14,7 @@
 
 use alloc::vec::Vec;
 
-use dynamics_runtime::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, Vector};
+use dynamics_runtime::model::{Branches, Constraints, Kink, MAX_KINKS, ModelState, Vector};
 
 use super::PeriodicError;
 
@@ -35,9 +35,9 @@ pub(super) struct HeldBranches {
     count: usize,
     held: Branches,
     /// Whether each switching function is negative on its branch.
-    below: [bool; MOST_KINKS],
+    below: [bool; MAX_KINKS],
     /// The interval of each piece of a piecewise function.
-    smooth: [[f64; 2]; MOST_KINKS],
+    smooth: [[f64; 2]; MAX_KINKS],
 }
 
 /// The index of the switching function whose branch has ended.
@@ -154,8 +154,8 @@ pub(super) fn apply_saltation<M: Constraints>(
 }
 
 /// The switching functions of a model at a state.
-pub(super) fn kinks_at<M: Constraints>(model: &M, state: &M::State) -> [Kink; MOST_KINKS] {
-    let mut kinks = [Kink::NONE; MOST_KINKS];
+pub(super) fn kinks_at<M: Constraints>(model: &M, state: &M::State) -> [Kink; MAX_KINKS] {
+    let mut kinks = [Kink::NONE; MAX_KINKS];
     model.kinks(state, &mut kinks);
     kinks
 }

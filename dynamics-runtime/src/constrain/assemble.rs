@@ -121,7 +121,7 @@ pub fn set_sides<M: Constraints>(model: &M, state: &mut M::State, given: u32) {
     }
     if at_rest != 0 {
         let mut held = *state;
-        (0..ActiveSet::MOST)
+        (0..ActiveSet::MAX)
             .filter(|index| at_rest >> index & 1 == 1)
             .for_each(|index| held.active_set_mut().engage(index));
         set_sides_at_rest(model, state, &held);

@@ -95,7 +95,8 @@ impl<'w> Gradients<'w> {
 const VANISHED_LENGTH_RATIO: f64 = 1e-8;
 
 /// A row is tested for that only where it is shorter than this part of the longest row, or of 1. Otherwise
-/// every evaluation would need a second one for the usual lengths.
+/// every evaluation would need a second one for the usual lengths. A larger value costs such evaluations, a
+/// smaller one would miss vanished rows in models whose rows differ in units.
 const SHORT_LENGTH_RATIO: f64 = 1e-6;
 
 /// Evaluates M, Q, Φ_q and γ at a state, and sets rows of Φ_q to zero where they have vanished.
@@ -128,18 +129,17 @@ fn has_short_row(rows: &[f64], n: usize) -> bool {
     least < SHORT_LENGTH_RATIO * most
 }
 
-fn measure_lengths(rows: &[f64], n: usize, measure_lengths: &mut [f64]) {
-    measure_lengths.iter_mut().zip(rows.chunks_exact(n)).for_each(|(length, row)| *length = norm(row));
+fn measure_lengths(rows: &[f64], n: usize, lengths: &mut [f64]) {
+    lengths.iter_mut().zip(rows.chunks_exact(n)).for_each(|(length, row)| *length = norm(row));
 }
 
 /// Sets vanished rows to zero. `usual_lengths`: the lengths at the nearby state, which are converted to usual
 /// lengths.
 fn clear_vanished_rows(rows: &mut [f64], n: usize, lengths_here: &[f64], usual_lengths: &mut [f64]) {
-    for ((row, lengths_here), usual_lengths) in rows.chunks_exact_mut(n).zip(lengths_here).zip(usual_lengths)
-    {
+    for ((row, length_here), usual_length) in rows.chunks_exact_mut(n).zip(lengths_here).zip(usual_lengths) {
         // Near the place where a row vanishes it grows with the distance.
-        *usual_lengths /= NEARBY_DISTANCE;
-        if lengths_here.is_finite() && *lengths_here <= VANISHED_LENGTH_RATIO * *usual_lengths {
+        *usual_length /= NEARBY_DISTANCE;
+        if length_here.is_finite() && *length_here <= VANISHED_LENGTH_RATIO * *usual_length {
             row.fill(0.0);
         }
     }
@@ -197,18 +197,18 @@ pub(crate) fn is_positive<M: Constraints>(model: &M, state: &M::State, workspace
 
 /// Length of a vanished row, in parts of its usual length, in the distance from its constraint. The rounding
 /// of a residual then gives a small distance, and a residual that no state on the constraint has gives a
-/// large one.
+/// large one. A smaller value would report rounding as a distance, a larger one would accept such residuals.
 const VANISHED_ROW_LENGTH: f64 = 1e-4;
 
 /// |residual|/‖gradient‖, the distance of a state from a row's constraint. It is 0 where the residual is
-/// 0, and infinite where the gradient vanishes here and at the nearby state. `usual`: the usual length of the
+/// 0, and infinite where the gradient vanishes here and at the nearby state. `usual_length`: that of the
 /// row, see [`terms`].
-pub(crate) fn distance(residual: f64, gradient: &[f64], usual_lengths: f64) -> f64 {
+pub(crate) fn distance(residual: f64, gradient: &[f64], usual_length: f64) -> f64 {
     let length = norm(gradient);
     if residual == 0.0 {
         0.0
     } else if length == 0.0 {
-        residual.abs() / (VANISHED_ROW_LENGTH * usual_lengths)
+        residual.abs() / (VANISHED_ROW_LENGTH * usual_length)
     } else {
         residual.abs() / length
     }

@@ -281,7 +281,7 @@ impl<M: Constraints> ContactSet<'_, M> {
         for row in (0..M::Rows::LEN).filter(|row| self.acts(*row)) {
             let (residual, distance) = (velocities[row], gradients.distance(row, velocities[row]));
             if distance.is_nan() || distance > REST_TOLERANCE * (1.0 + size) {
-                let (what, row) = ("velocities", system_names::<M>().row(row));
+                let (what, row) = (ConstraintLevel::Velocities.name(), system_names::<M>().row(row));
                 return Err(SolveError::OffConstraint { what, row, residual, distance });
             }
         }

@@ -10,6 +10,8 @@
 //! A position where the gradient of a row vanishes is a double root of Newton's method. It shows in steps
 //! that halve the distance, and is reported as a vanishing gradient.
 
+use core::ops::Range;
+
 use super::correct::{correct, correct_rows};
 use super::{Gradients, holds, system_names};
 use crate::error::SolveError;
@@ -18,14 +20,14 @@ use crate::model::{Constraints, ModelState, Vector};
 
 /// Which equations of the constraints: Φ = 0, or Φ_q q̇ + Φ_t = 0 with A q̇ + b = 0.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum ConstraintLevel {
+pub(crate) enum ConstraintLevel {
     Positions,
     Velocities,
 }
 
 impl ConstraintLevel {
     /// As errors name it.
-    fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Positions => "positions",
             Self::Velocities => "velocities",
@@ -42,10 +44,32 @@ const MAX_SIMPLIFIED_STEPS: u32 = 100;
 /// constraints whose lengths were rounded. With a smaller bound, lengths of nine digits would be refused; a
 /// larger one would accept a drift that users see.
 const ADMISSIBLE_DISTANCE: f64 = 1e-9;
-/// So many steps in which Φ falls to about a quarter show a double root. The reason for the value is not
-/// recorded. A smaller one would take slow starts of Newton's method for double roots, a larger one would
-/// report more of these as constraints that cannot be fulfilled.
+/// So many steps in which Φ falls to about a quarter, that is, in which the distance is halved, show a double
+/// root. A smaller value would take slow starts of Newton's method for double roots, a larger one would report
+/// more of these as constraints that cannot be fulfilled.
 const DOUBLE_ROOT_HALVINGS: u32 = 8;
+/// Ratios of Φ after a step to Φ before it that count as a quarter.
+const ABOUT_A_QUARTER: Range<f64> = 0.2..0.3;
+/// Newton's method diverges where Φ grows by more than this factor with a change of more than
+/// [`DIVERGING_CHANGE`]. A smaller factor would refuse searches that recover.
+const DIVERGENCE_GROWTH: f64 = 10.0;
+/// See [`DIVERGENCE_GROWTH`]. Below, growth of Φ may be rounding near rank loss.
+const DIVERGING_CHANGE: f64 = 1e-3;
+/// A predicted correction up to this is rounding.
+const CORRECTION_ROUNDING: f64 = 2.0 * f64::EPSILON;
+/// Newton's method ends after a correction up to this, √ε and a margin, that left Φ at [`STALLED_RATIO`] or
+/// more: Φ is then at its rounding.
+const STALLED_CHANGE: f64 = 1e-7;
+/// See [`STALLED_CHANGE`].
+const STALLED_RATIO: f64 = 0.5;
+/// Simplified steps end where a correction up to this is no smaller than the one before: it is rounding,
+/// amplified where the constraints are near rank loss.
+const STALLED_SIMPLIFIED_CHANGE: f64 = 1e-10;
+/// Simplified steps diverge where a correction is this many times the smallest one so far.
+const SIMPLIFIED_DIVERGENCE_GROWTH: f64 = 2.0;
+/// A change of velocities up to this needs no second pass: its rounding errors, ε times the change, are then
+/// far below those of the velocities.
+const SINGLE_PASS_CHANGE: f64 = 1e-4;
 
 /// Cost and size of a projection.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -85,7 +109,7 @@ pub fn project_positions<M: Constraints>(
     let start = *state.q();
     let mut right = position_right_hand_side(model, state)?;
     let mut largest = largest(&right);
-    // Steps in which Φ fell to a quarter: on a double root Newton's method halves the distance every time.
+    // Steps in which Φ fell to about a quarter: on a double root Newton's method halves the distance every time.
     let mut halvings = 0;
     while largest > 0.0 {
         if projection.iterations == MAX_NEWTON_STEPS {
@@ -102,10 +126,14 @@ pub fn project_positions<M: Constraints>(
         let before = largest;
         right = position_right_hand_side(model, state)?;
         largest = self::largest(&right);
-        if !change.is_finite() || (projection.iterations > 1 && largest > 10.0 * before && change > 1e-3) {
+        if !change.is_finite()
+            || (projection.iterations > 1
+                && largest > DIVERGENCE_GROWTH * before
+                && change > DIVERGING_CHANGE)
+        {
             return Err(off_constraint(model, state, ConstraintLevel::Positions, workspace));
         }
-        halvings += u32::from((0.2..0.3).contains(&(largest / before)));
+        halvings += u32::from(ABOUT_A_QUARTER.contains(&(largest / before)));
         // Or the search ends where the gradient counts as vanished.
         if change == 0.0 && halvings >= DOUBLE_ROOT_HALVINGS {
             return Err(vanishing_gradient(model, state, workspace));
@@ -113,7 +141,7 @@ pub fn project_positions<M: Constraints>(
         // Quadratic convergence predicts the size of the next correction. It is not made where it would be
         // rounding, or where the last one gained nothing.
         let next = change * (largest / before);
-        if next <= 2.0 * f64::EPSILON || (change <= 1e-7 && largest >= 0.5 * before) {
+        if next <= CORRECTION_ROUNDING || (change <= STALLED_CHANGE && largest >= STALLED_RATIO * before) {
             break;
         }
     }
@@ -145,11 +173,11 @@ pub fn project_along<M: Constraints>(
         let delta = correct(model, constants, from, &right, workspace)?;
         let change = relative_change(delta.as_slice(), from.q().as_slice());
         add(end.q_mut().as_mut_slice(), delta.as_slice());
-        if change == 0.0 || (change >= before && change <= 1e-10) {
+        if change == 0.0 || (change >= before && change <= STALLED_SIMPLIFIED_CHANGE) {
             return Ok(());
         }
         least = change.min(least);
-        if change.is_nan() || change > 2.0 * least {
+        if change.is_nan() || change > SIMPLIFIED_DIVERGENCE_GROWTH * least {
             break;
         }
         before = change;
@@ -186,7 +214,7 @@ pub fn project_velocities<M: Constraints>(
         if !change.is_finite() {
             return Err(off_constraint(model, state, ConstraintLevel::Velocities, workspace));
         }
-        if change <= 1e-4 {
+        if change <= SINGLE_PASS_CHANGE {
             break;
         }
     }

@@ -19,7 +19,9 @@ use crate::model::{Constraints, ModelState, StaticTraits, Vector};
 
 /// Singular values below this part of the largest count as zero. Where they vanish, the position itself is
 /// known to √ε = 1.5·10⁻⁸ at best, and they come out about as large.
-const RANK_TOLERANCE: f64 = 1e-7;
+pub(super) const RANK_MARGIN_TOLERANCE: f64 = 1e-7;
+/// A singular value up to this part of the largest is rounding, and its right singular vector too.
+const ROUNDED_SINGULAR_VALUE: f64 = 1e-12;
 
 /// Conditioning of Φ_q at a state, with coordinates scaled by √Mᵢᵢ and the rows of a constraint by the
 /// longest of them.
@@ -41,8 +43,8 @@ pub(crate) fn rank_margin<M: Constraints>(model: &M, state: &M::State) -> RankMa
     margin_of(model, state, None)
 }
 
-/// [`RankMargin`] against another state of the motion: rows of a constraint are scaled by the length of the
-/// longest of them there, if it is longer. Scaled by itself, a single row has length 1 at every position but
+/// [`RankMargin`] against another state of the motion. Rows of a constraint are divided by their greatest
+/// length at either state. Scaled by itself, a single row has length 1 at every position but
 /// the one where its gradient vanishes.
 pub(crate) fn rank_margin_against<M: Constraints>(
     model: &M,
@@ -53,12 +55,16 @@ pub(crate) fn rank_margin_against<M: Constraints>(
 }
 
 fn margin_of<M: Constraints>(model: &M, state: &M::State, usual: Option<&M::State>) -> RankMargin {
-    let no_one = |of| TopContributors::ranked(of, core::iter::empty());
-    let nobody = || RankMargin { condition: 1.0, rows: no_one(M::ROWS), coordinates: no_one(M::COORDINATES) };
+    let no_contributors = |of| TopContributors::ranked(of, core::iter::empty());
+    let no_margin = || RankMargin {
+        condition: 1.0,
+        rows: no_contributors(M::ROWS),
+        coordinates: no_contributors(M::COORDINATES),
+    };
     if M::IS_UNCONSTRAINED {
-        return nobody();
+        return no_margin();
     }
-    margin_if_finite(model, state, usual).unwrap_or_else(nobody)
+    margin_if_finite(model, state, usual).unwrap_or_else(no_margin)
 }
 
 /// [`RankMargin::condition`] without the names, for callers that evaluate many states.
@@ -83,12 +89,12 @@ fn margin_if_finite<M: Constraints>(
     let expected_rank = independent_rows(model, state, &gradient_svd);
     let singular_range = gradient_svd.singular_range(&order, expected_rank)?;
     let SingularRange { largest, least, weak_index } = singular_range;
-    let vanishes = |j: usize| gradient_svd.sigma[j] <= RANK_TOLERANCE * largest;
+    let vanishes = |j: usize| gradient_svd.sigma[j] <= RANK_MARGIN_TOLERANCE * largest;
     // Rows: where several directions are lost, the contributions to all of them.
     let lost_directions: Vec<usize> =
         match order[..expected_rank].iter().copied().filter(|j| vanishes(*j)).collect::<Vec<_>>() {
-            nobody if nobody.is_empty() => vec![weak_index],
-            some => some,
+            lost if lost.is_empty() => vec![weak_index],
+            lost => lost,
         };
     let row_share = |i: usize| {
         lost_directions.iter().map(|j| math::powi(gradient_svd.svd().right(*j)[i], 2)).sum::<f64>()
@@ -100,7 +106,7 @@ fn margin_if_finite<M: Constraints>(
     // Coordinates: the right singular vector of the smallest singular value, if that is not rounding.
     let n = M::Vector::LEN;
     let mut shares = vec![0.0; n];
-    if least > 1e-12 * largest && !vanishes(weak_index) {
+    if least > ROUNDED_SINGULAR_VALUE * largest && !vanishes(weak_index) {
         shares.iter_mut().zip(gradient_svd.svd().column(weak_index)).for_each(|(out, x)| *out = x / least);
     } else {
         // Otherwise the part of each coordinate that the other directions do not reach.
@@ -147,8 +153,9 @@ struct GradientSvd {
     a: Vec<f64>,
     v: Vec<f64>,
     sigma: Vec<f64>,
-    /// Lower bound of the largest singular value.
-    least_largest: f64,
+    /// 1, the length of a usual row, where rows are scaled by usual lengths; otherwise 0. The largest singular
+    /// value counts as no smaller.
+    scale: f64,
 }
 
 /// Φ_q at `at` of the rows that are active in `held`, coordinates scaled by √Mᵢᵢ.
@@ -164,7 +171,7 @@ fn scaled_gradients<M: Constraints>(model: &M, at: &M::State, held: &M::State) -
 }
 
 impl GradientSvd {
-    /// Decomposes Φ_qᵀ. Rows are scaled by their lengths at the `usual` state where these are longer.
+    /// Decomposes Φ_qᵀ. Rows are divided by their greatest length at either state, if there is a `usual` one.
     fn new<M: Constraints>(model: &M, state: &M::State, usual: Option<&M::State>) -> Option<Self> {
         let n = M::Vector::LEN;
         let rows: Vec<usize> = active_rows::<M>(state.active_set(), false).collect();
@@ -188,8 +195,8 @@ impl GradientSvd {
         let m = rows.len();
         let (mut v, mut sigma) = (vec![0.0; m * m], vec![0.0; m]);
         Svd::new(n, &mut a, &mut v, &mut sigma);
-        let least_largest = if usual.is_some() { 1.0 } else { 0.0 };
-        Some(Self { rows, a, v, sigma, least_largest })
+        let scale = if usual.is_some() { 1.0 } else { 0.0 };
+        Some(Self { rows, a, v, sigma, scale })
     }
 
     fn svd(&self) -> Svd<'_> {
@@ -208,7 +215,7 @@ impl GradientSvd {
     fn singular_range(&self, order: &[usize], expected_rank: usize) -> Option<SingularRange> {
         let weak_index = *order.get(expected_rank.checked_sub(1)?)?;
         Some(SingularRange {
-            largest: math::max(self.sigma[order[0]], self.least_largest),
+            largest: math::max(self.sigma[order[0]], self.scale),
             least: self.sigma[weak_index],
             weak_index,
         })
@@ -217,6 +224,6 @@ impl GradientSvd {
     /// Number of singular values above rounding.
     fn rank(&self) -> usize {
         let largest = self.sigma.iter().copied().fold(0.0, f64::max);
-        self.sigma.iter().filter(|sigma| **sigma > RANK_TOLERANCE * largest).count()
+        self.sigma.iter().filter(|sigma| **sigma > RANK_MARGIN_TOLERANCE * largest).count()
     }
 }

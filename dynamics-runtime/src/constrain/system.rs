@@ -37,14 +37,19 @@ use crate::model::Quantity;
 #[doc(hidden)]
 pub const RANK_TOLERANCE: f64 = 1e-8;
 
-/// A coordinate with little inertia may outweigh the other coordinates of its rows by this factor at most.
-/// With a larger factor the entries of the others lose more digits: 10³ leaves them thirteen of sixteen.
+/// A coordinate with little inertia that outweighs the other coordinates of its rows by more than this factor,
+/// and by less than [`MIN_MASSLESS_DOMINANCE`], is scaled down to this factor. With a larger one the entries
+/// of the others lose more digits: 10³ leaves them thirteen of sixteen.
 const MAX_LIGHT_DOMINANCE: f64 = 1e3;
+
+/// A coordinate that outweighs the others by this factor or more keeps its scale by inertia. A smaller value
+/// leaves fewer digits to the others of light coordinates, a larger one scales more of them down.
+const MIN_MASSLESS_DOMINANCE: f64 = 1e9;
 
 /// Rows that are declared redundant are set aside only where the lengths of all rows differ by less than this
 /// factor. Near a singular position a row that nearly vanishes determines less than the rows that repeat it.
-/// The reason for the value is not recorded: a larger one would drop good rows nearer to singular positions,
-/// a smaller one would keep redundant rows in models whose rows differ in units.
+/// A larger value would drop good rows nearer to singular positions, a smaller one would keep redundant rows
+/// in models whose rows differ in units.
 const COMPARABLE_LENGTHS: f64 = 30.0;
 
 /// Names of the rows and coordinates, for errors.
@@ -355,7 +360,9 @@ pub(crate) fn scale_coordinates(mass: &[f64], jacobian: &[f64], scale: &mut [f64
             }
         } else if massless {
             scale[j] = if others > 0.0 { others / own } else { 1.0 / own };
-        } else if scale[j] * own > MAX_LIGHT_DOMINANCE * others && scale[j] * own < 1e9 * others {
+        } else if scale[j] * own > MAX_LIGHT_DOMINANCE * others
+            && scale[j] * own < MIN_MASSLESS_DOMINANCE * others
+        {
             scale[j] = MAX_LIGHT_DOMINANCE * others / own;
         }
     }

@@ -20,7 +20,7 @@ impl TopContributors {
     /// Number of contributors that are kept.
     pub const KEPT: usize = 6;
     /// Shares below this part of the largest are left out: they are rounding, or do not help the reader.
-    const LEAST_SHARE: f64 = 1e-3;
+    const MIN_SHARE: f64 = 1e-3;
 
     /// Of quantities, given by index, those with the largest shares by absolute value.
     pub(crate) fn ranked(
@@ -35,7 +35,7 @@ impl TopContributors {
         let mut out = Self { of, kept: [0; Self::KEPT], count: 0 };
         let (mut largest, mut count) = (0.0_f64, 0_usize);
         all(&mut |_, share| largest = largest.max(share));
-        let least = Self::LEAST_SHARE * largest;
+        let least = Self::MIN_SHARE * largest;
         all(&mut |_, share| count += usize::from(share > least));
         out.count = u16::try_from(count).unwrap_or(u16::MAX);
         // Selection by falling share, earlier ones first where equal: there are few.
@@ -63,7 +63,7 @@ impl TopContributors {
             .map(move |i| of.get(usize::from(i)).map_or("", |one| one.name))
     }
 
-    /// The unit of the most involved.
+    /// The unit of the largest contributor.
     #[cfg(feature = "alloc")]
     pub(crate) fn unit(&self) -> &'static str {
         self.of.get(usize::from(self.kept[0])).filter(|_| self.count > 0).map_or("", |one| one.unit)
@@ -135,7 +135,7 @@ mod tests {
         [named("a"), named("b"), named("c"), named("d"), named("e"), named("f"), named("g"), named("h")];
 
     #[test]
-    fn the_most_involved_come_first() {
+    fn the_largest_contributors_come_first() {
         let involved = TopContributors::ranked(&OF, [0.1, -2.0, 1e-9, 0.1].into_iter().enumerate());
         assert!(involved.names().eq(["b", "a", "d"]) && involved.count() == 3);
         assert_eq!(involved.to_string(), "`b`, `a`, `d`");

@@ -1,7 +1,7 @@
 //! The dimension of a unit, from its text.
 //!
-//! A model declares its units as texts, [`Quantity::unit`](super::Quantity::unit). Whoever has to decide
-//! something by a unit parses it here, and compares dimensions. Declared units are coherent, products of
+//! A model declares its units as texts, [`Quantity::unit`](super::Quantity::unit). Code that depends on a unit
+//! compares dimensions, not texts. Declared units are coherent, products of
 //! powers of the names in [`UnitDimension::NAMES`], as `kg*m^2/s` or `1/(kg*m)`.
 
 /// Exponents of length, mass and time. Angles are numbers. Other base units are not mechanical.
@@ -45,10 +45,10 @@ impl UnitDimension {
         rest.is_empty().then_some(dimension)
     }
 
-    /// Whether this is the dimension of an inertia: a mass, its first moment about a point or its second
-    /// one, the moment of inertia.
+    /// Whether this is the dimension of an inertia: a mass, a moment of it of any order, as the moment of
+    /// inertia, or a mass per length, area or volume.
     pub(crate) fn is_inertia(self) -> bool {
-        self.mass == 1 && self.time == 0 && (0..=2).contains(&self.length)
+        self.mass == 1 && self.time == 0
     }
 
     /// `self · otherᵉ`.
@@ -124,14 +124,16 @@ mod tests {
         }
     }
 
-    /// A damper and a force are none, though `kg/s` and `lbf` begin like a mass.
+    /// Dampers and forces are not inertia, though `kg/s` and `lbf` begin like a mass. Densities are.
     #[test]
-    fn inertia_is_told_by_its_dimension() {
+    fn inertia_has_mass_and_no_time() {
         let is_inertia = |unit: &str| UnitDimension::parse(unit).is_some_and(UnitDimension::is_inertia);
-        for unit in ["kg", "slug", "kg*m", "kg*m^2", "slug*ft^2", "lb*s^2/ft", "N*s^2/m", "m^2*kg"] {
+        for unit in
+            ["kg", "slug", "kg*m", "kg*m^2", "slug*ft^2", "lb*s^2/ft", "N*s^2/m", "m^2*kg", "kg/m", "kg/m^3"]
+        {
             assert!(is_inertia(unit), "{unit}");
         }
-        for unit in ["kg/s", "kg/m^3", "kg/s^2", "lb", "lbf", "m", "1", "", "kg^2"] {
+        for unit in ["kg/s", "kg/s^2", "lb", "lbf", "m", "1", "", "kg^2"] {
             assert!(!is_inertia(unit), "{unit}");
         }
     }

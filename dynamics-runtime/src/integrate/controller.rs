@@ -27,7 +27,7 @@ pub struct ControllerSettings {
 }
 
 /// Errors below this count as this large in the next step, and before the first step: that of `dopri5.f`.
-const LEAST_PREVIOUS_ERROR: f64 = 1e-4;
+const MIN_PREVIOUS_ERROR: f64 = 1e-4;
 
 /// State of the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,7 +47,7 @@ impl Controller {
         Self {
             settings,
             alpha: 1.0 / f64::from(error_order + 1) - 0.75 * settings.beta,
-            previous: LEAST_PREVIOUS_ERROR,
+            previous: MIN_PREVIOUS_ERROR,
             rejected: false,
         }
     }
@@ -60,7 +60,7 @@ impl Controller {
         if error <= 1.0 {
             let wanted = settings.safety * math::powf(self.previous, settings.beta) / integral;
             let factor = wanted.clamp(settings.shrink, settings.grow);
-            self.previous = error.max(LEAST_PREVIOUS_ERROR);
+            self.previous = error.max(MIN_PREVIOUS_ERROR);
             // After a rejection the step does not grow at once: it would be rejected again.
             let factor = if self.rejected { factor.min(1.0) } else { factor };
             self.rejected = false;
@@ -78,7 +78,7 @@ impl Controller {
 
     /// Forgets the history, after a discontinuity.
     pub fn restart(&mut self) {
-        self.previous = LEAST_PREVIOUS_ERROR;
+        self.previous = MIN_PREVIOUS_ERROR;
         self.rejected = false;
     }
 }

@@ -7,15 +7,15 @@ use crate::model::Vector;
 
 /// Elements below this part of the largest one have its scale times this: elements that are zero by chance have
 /// no scale of their own.
-const LEAST_SCALE_PART: f64 = 1e-2;
+const MIN_SCALE_PART: f64 = 1e-2;
 /// Smallest scale of an element, in its unit. A smaller one makes differences of nearly zero elements rounding,
 /// a larger one makes curvature an error in small mechanisms.
-const LEAST_SCALE: f64 = 1e-3;
+const MIN_SCALE: f64 = 1e-3;
 
 /// The increment of an element: √ε of its scale, for which rounding and curvature cost about the same, and a
 /// difference of two representable numbers.
 pub(crate) fn increment(x: f64, largest: f64) -> f64 {
-    let size = x.abs().max(LEAST_SCALE_PART * largest).max(LEAST_SCALE);
+    let size = x.abs().max(MIN_SCALE_PART * largest).max(MIN_SCALE);
     let there = x + math::sqrt(f64::EPSILON) * size;
     there - x
 }

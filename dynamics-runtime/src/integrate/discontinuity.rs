@@ -13,7 +13,7 @@
 
 /// Attempts to end one step at a kink. The interpolant that locates it becomes more accurate the nearer the
 /// end of the step is to the kink, so that a few attempts are enough. Each costs a step.
-const MOST_KINK_ATTEMPTS: u32 = 5;
+const MAX_KINK_ATTEMPTS: u32 = 5;
 /// A step that ends at a kink before this part of the proposed step is premature, if no branch changes there
 /// after all. Beyond the border of stability an explicit step swings through branches, and its interpolant
 /// shows kinks that the motion does not meet.
@@ -68,7 +68,7 @@ impl DiscontinuityHandling {
 
     /// Whether another attempt to end this step at a kink may be made.
     pub(super) fn has_attempts_left(&self) -> bool {
-        self.is_active() && self.attempts < MOST_KINK_ATTEMPTS
+        self.is_active() && self.attempts < MAX_KINK_ATTEMPTS
     }
 
     /// Counts an attempt.
@@ -111,7 +111,7 @@ mod tests {
             handling.accept_step(1.0);
         }
         assert!(handling.has_attempts_left());
-        (0..MOST_KINK_ATTEMPTS).for_each(|_| handling.count_attempt());
+        (0..MAX_KINK_ATTEMPTS).for_each(|_| handling.count_attempt());
         assert!(!handling.has_attempts_left());
     }
 }

@@ -38,12 +38,12 @@ pub use dense::FourPointHermite;
 use dense::InnerNode;
 
 /// Most columns of one lane.
-const MOST_LANE_COLUMNS: usize = 3;
+const MAX_LANE_COLUMNS: usize = 3;
 /// Evaluations of the longest lane.
 const LANE_EVALUATIONS: usize = 13;
 
 /// Numbers of substeps of the columns that a lane has, one after the other; 0: none.
-type Columns = [[usize; MOST_LANE_COLUMNS]; COUNT];
+type Columns = [[usize; MAX_LANE_COLUMNS]; COUNT];
 
 /// The plan for the end of the step and its error.
 const STEP_PLAN: [PlannedEvaluation; LANE_EVALUATIONS] =
@@ -94,12 +94,12 @@ const fn plan(columns: Columns, most: usize) -> [PlannedEvaluation; LANE_EVALUAT
         let (mut i, mut made, mut at) = (0, 1, 0);
         while at < LANE_EVALUATIONS {
             // A finished lane evaluates the end of the step.
-            let n = if i < MOST_LANE_COLUMNS && columns[lane][i] > 0 { columns[lane][i] } else { 1 };
+            let n = if i < MAX_LANE_COLUMNS && columns[lane][i] > 0 { columns[lane][i] } else { 1 };
             plan[at].time[lane] = made as f64 / n as f64;
             plan[at].double_substep[lane] = 2.0 / n as f64;
             made += 1;
             if made == n {
-                let following = if i + 1 < MOST_LANE_COLUMNS { columns[lane][i + 1] } else { 0 };
+                let following = if i + 1 < MAX_LANE_COLUMNS { columns[lane][i + 1] } else { 0 };
                 plan[at].any = true;
                 plan[at].ended[lane] = true;
                 plan[at].first[lane] = i == 0;
@@ -223,7 +223,7 @@ fn midpoint_substep<V: Vector>(twice: Lanes, [next, stage]: [&mut V::Wide; 2], [
 
 /// The data of stages of so few elements stay in registers, if no function is called. Longer ones are in
 /// memory in any case.
-const MOST_ELEMENTS_INLINE: usize = 4;
+const MAX_ELEMENTS_INLINE: usize = 4;
 
 /// [`finish_columns`], inlined where stages are short. For longer ones inlining would cost a tenth of the time
 /// of a run of Andrews' mechanism.
@@ -235,7 +235,7 @@ fn finish<V: Vector>(
     read: [&V::Wide; 3],
 ) {
     let apart = |changed, read| finish_columns::<V>(call, substeps, changed, read);
-    if V::LEN <= MOST_ELEMENTS_INLINE {
+    if V::LEN <= MAX_ELEMENTS_INLINE {
         finish_columns::<V>(call, substeps, changed, read)
     } else {
         apart(changed, read)

@@ -1,6 +1,6 @@
 //! The methods by name.
 
-use crate::model::MOST_SERIES_ORDER;
+use crate::model::MAX_SERIES_ORDER;
 use core::fmt;
 
 /// The integration methods.
@@ -71,7 +71,7 @@ impl Method {
             Self::Dop853 | Self::Composition8 => 8,
             Self::Verner9 => 9,
             Self::GraggBulirschStoer => 14,
-            Self::Taylor => MOST_SERIES_ORDER as u32,
+            Self::Taylor => MAX_SERIES_ORDER as u32,
         }
     }
 }

@@ -34,6 +34,10 @@ pub trait Scheme<V: Vector>: Clone {
     /// error changes fastest, away from its nodes. Empty for methods that judge their interpolants themselves,
     /// whose interpolants are as accurate as their steps, or without error estimate.
     const DEFECT_SAMPLES: &'static [f64] = &[];
+    /// Whether the stages are states near the solution, each computed from those before it. Constraint
+    /// violations of such stages are judged and projected near rank loss. Stages of implicit methods satisfy
+    /// their equations instead.
+    const IS_EXPLICIT: bool = false;
     /// Whether the method makes few and long steps. Its first step from rest is then as long as the
     /// characteristic times of the mechanism allow; others begin with a short step and grow fast.
     const LONG_STEPS: bool = false;

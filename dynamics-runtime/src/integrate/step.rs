@@ -27,7 +27,7 @@ pub struct Step<V> {
     /// Its size, with sign.
     pub h: f64,
     /// How its stages, its states and its branches were treated.
-    pub kept: StepFlags,
+    pub flags: StepFlags,
 }
 
 /// How a step was made, besides the projection of its end: a repetition of the step needs the same.

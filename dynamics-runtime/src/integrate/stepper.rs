@@ -26,9 +26,18 @@ mod truncation;
 use singularity_crossing::{CrossingVerdict, SingularityCrossing, UNCERTAIN_END};
 use stiffness::STIFFNESS_INTERVAL;
 
-/// Rejections in a row before a step is given up. A step that cannot be evaluated is quartered each time, one
-/// whose error is too large shrinks by the power law of the error: neither takes half as many.
-const MOST_REJECTIONS: u32 = 60;
+/// Rejections in a row before a step is given up. From h ≈ |t| to the resolution of time it takes 25
+/// quarterings or 50 halvings; 60 leaves a margin.
+const MAX_REJECTIONS: u32 = 60;
+/// A step that cannot be evaluated is repeated at this part of its size. The states that cannot be evaluated
+/// are seldom near the start, so a larger value only costs attempts.
+const FAILED_STEP_PART: f64 = 0.25;
+/// The same where the iterations of an implicit method did not converge. Their rate is proportional to the
+/// step or better, so that half a step usually suffices.
+const UNSOLVED_STEP_PART: f64 = 0.5;
+/// A step below this part of |t| is given up: the parts of the step that the stages take are then no longer
+/// resolved by the rounding of times.
+const RESOLVED_STEP_PART: f64 = 4.0 * f64::EPSILON;
 /// A projection that moves the end of a step by so many times the constraint violation shows that the step is
 /// near a position where the constraints lose rank. It is then repeated with projected stages, if it moves by
 /// more than [`SIGNIFICANT_MOVE`], too. Away from such positions the ratio is near 1.
@@ -38,10 +47,12 @@ const SIGNIFICANT_MOVE: f64 = 1.0;
 /// An error this large, in permitted errors, is not that of a step that is a little too long. Stages that
 /// violate the constraints near rank loss cause it. A smaller value projects stages where steps are merely
 /// too long, and each projection costs an attempt.
-const LARGE_ERROR: f64 = 30.0;
-/// Projecting the stages has helped if it makes a large error smaller than this part of it.
+const OFF_CONSTRAINT_ERROR: f64 = 30.0;
+/// Projecting the stages has helped if it makes a large error smaller than this part of it. A smaller value
+/// gives the projection up where it still makes steps longer, a larger one pays for attempts that gain little.
 const HELPFUL_ERROR_PART: f64 = 0.1;
-/// After a projection of the stages that did not help, so many attempts are made without.
+/// After a projection of the stages that did not help, so many attempts are made without. A larger value
+/// delays the projection where it would help, a smaller one makes more attempts twice.
 const ATTEMPTS_WITHOUT_STAGE_PROJECTION: u32 = 4;
 /// Part of a step by which the last one may be longer to meet the limit exactly, so that no tiny step is left
 /// over. A fixed step may stretch only by the rounding of times.
@@ -284,11 +295,12 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             failures += 1;
             self.rejected += 1;
             if !matches!(failure, StepRejection::Error) {
-                let shorter = if matches!(failure, StepRejection::NotSolved) { 0.5 } else { 0.25 };
+                let is_unsolved = matches!(failure, StepRejection::NotSolved);
+                let shorter = if is_unsolved { UNSOLVED_STEP_PART } else { FAILED_STEP_PART };
                 self.h = shorter * h.abs();
                 self.control.iter_mut().for_each(Controller::failed);
             }
-            let hopeless = self.h <= 4.0 * f64::EPSILON * start.t.abs() || failures > MOST_REJECTIONS;
+            let hopeless = self.h <= RESOLVED_STEP_PART * start.t.abs() || failures > MAX_REJECTIONS;
             if hopeless || self.is_fixed() {
                 return Err(self.give_up(failure, h));
             }
@@ -358,7 +370,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             let tolerances = &self.options.tolerances;
             if flags.stages {
                 self.note_stage_projection(error, error_before);
-            } else if error > LARGE_ERROR
+            } else if error > OFF_CONSTRAINT_ERROR
                 && self.attempts_without_stage_projection == 0
                 && !self.is_fixed()
                 && system.project_stages(true, tolerances)
@@ -366,8 +378,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
                 (error_before, flags.stages) = (error, true);
                 continue;
             }
-            // 3. Of an error that is too large only that part counts which projection does not remove. An
-            // error that is permitted as it is stays: the next step must not become longer by it.
+            // 3. If the error is too large, only the part that projection leaves counts. A permitted error is
+            // not reduced, or the next step would grow by it.
             if error > 1.0 && !self.is_fixed() {
                 // States between the ends keep what the projection of the end removes.
                 flags.between = true;
@@ -390,7 +402,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
             {
                 if moved.by > AMPLIFIED_MOVE * moved.violation
                     && !flags.stages
-                    && Self::is_explicit()
+                    && S::IS_EXPLICIT
                     && system.project_stages(true, tolerances)
                 {
                     (error_before, flags) =
@@ -514,7 +526,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         if self.stiffness_counts.0 > 0 || self.accepted.is_multiple_of(STIFFNESS_INTERVAL) {
             self.test_stiffness(h, &end);
         }
-        let step = Step { start, end, h, kept: flags };
+        let step = Step { start, end, h, flags };
         self.scheme.accept_step(&step);
         step
     }

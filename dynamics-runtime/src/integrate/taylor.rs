@@ -33,15 +33,15 @@ use crate::integrate::phase::{nan_vector, zip};
 use crate::integrate::taylor::rough_powers::{exp2_roughly, log2_roughly};
 use crate::integrate::{ControllerSettings, Dense, Method, Phase, Scheme, StepNode, System, Tolerances};
 use crate::math;
-use crate::model::{MOST_SERIES_ORDER, Vector};
+use crate::model::{MAX_SERIES_ORDER, Vector};
 
 /// Rows of coefficients.
-const ROWS: usize = MOST_SERIES_ORDER + 1;
+const ROWS: usize = MAX_SERIES_ORDER + 1;
 /// Lowest order: the step control needs two terms.
-const LEAST_ORDER: usize = 4;
+const MIN_ORDER: usize = 4;
 /// The orders that series may have.
 #[cfg(feature = "alloc")]
-pub(crate) const ORDERS: core::ops::RangeInclusive<usize> = LEAST_ORDER..=MOST_SERIES_ORDER;
+pub(crate) const ORDERS: core::ops::RangeInclusive<usize> = MIN_ORDER..=MAX_SERIES_ORDER;
 /// The factor f of the order, see the header: measured.
 const ORDER_FACTOR: f64 = 1.5;
 /// Part of the longest permitted step that is made, since the last two terms are an estimate.
@@ -50,17 +50,17 @@ const STEP_SAFETY: f64 = 0.95;
 const NEAR_ROUNDING_TOLERANCE: f64 = 1e-14;
 /// Largest growth from one step to the next: coefficients that vanish by chance or at rest are not those of an
 /// exact polynomial.
-const MOST_STEP_GROWTH: f64 = 30.0;
+const MAX_STEP_GROWTH: f64 = 30.0;
 /// Largest defect of a step, in permitted errors, of models with choices: h times the difference of the
 /// accelerations from those of the series. Smooth steps have less than 10, steps across a branch more.
-const MOST_DEFECT_WITH_CHOICES: f64 = 50.0;
+const MAX_DEFECT_WITH_CHOICES: f64 = 50.0;
 /// The same for models without choices. There only terms that vanish by chance can make the estimate wrong.
-const MOST_DEFECT: f64 = 1e4;
+const MAX_DEFECT: f64 = 1e4;
 /// Relative rounding of the accelerations, for models without choices: such a defect is not one of the step.
 const ACCELERATION_ROUNDING: f64 = 1e-8;
 /// A series whose step is below this part of the time, or of the proposed step, is not used: see
 /// [`Taylor::shorten`].
-const LEAST_STEP_PART: f64 = 1e-13;
+const MIN_STEP_PART: f64 = 1e-13;
 /// Parts of a step at which the accelerations of a model with choices are compared, besides its end.
 const BRANCH_SAMPLES: [f64; 3] = [0.25, 0.5, 0.75];
 
@@ -169,11 +169,11 @@ impl<V: Vector> Dense<V> for Series<V> {
 }
 
 impl<V: Vector> Taylor<V> {
-    /// Of a fixed order, 4 to [`MOST_SERIES_ORDER`], the nearest of these to any other; `None`: chosen by the
+    /// Of a fixed order, 4 to [`MAX_SERIES_ORDER`], the nearest of these to any other; `None`: chosen by the
     /// tolerance.
     #[must_use]
     pub fn of_order(order: Option<usize>) -> Self {
-        Self { chosen_order: order.map(|p| p.clamp(LEAST_ORDER, MOST_SERIES_ORDER)), ..Self::new() }
+        Self { chosen_order: order.map(|p| p.clamp(MIN_ORDER, MAX_SERIES_ORDER)), ..Self::new() }
     }
 
     /// The order of series.
@@ -197,7 +197,7 @@ impl<V: Vector> Taylor<V> {
         let loosest = tolerances.absolute.max(tolerances.relative);
         // Rounded up.
         let by_tolerance = 2 + (-0.5 * ORDER_FACTOR * math::ln(loosest.clamp(1e-300, 1.0))) as usize;
-        self.order = self.chosen_order.unwrap_or(by_tolerance.clamp(LEAST_ORDER, MOST_SERIES_ORDER));
+        self.order = self.chosen_order.unwrap_or(by_tolerance.clamp(MIN_ORDER, MAX_SERIES_ORDER));
         self.tolerances = Some(*tolerances);
     }
 
@@ -234,8 +234,7 @@ impl<V: Vector> Taylor<V> {
             self.series.scale *= 1.0 / 16384.0;
         }
         self.reach = self.reach(tolerances);
-        let is_long =
-            self.reach * self.series.scale.abs() >= LEAST_STEP_PART * scale.abs().max(start.t.abs());
+        let is_long = self.reach * self.series.scale.abs() >= MIN_STEP_PART * scale.abs().max(start.t.abs());
         if !is_long || !self.series.row(order).is_finite() {
             self.shorten(start, scale);
         }
@@ -319,7 +318,7 @@ impl<V: Vector> Taylor<V> {
     ) -> f64 {
         let (expected, has_choices) = (self.series.acceleration(s), system.has_choices());
         let (factor, rounding) =
-            if has_choices { (MOST_DEFECT_WITH_CHOICES, 0.0) } else { (MOST_DEFECT, ACCELERATION_ROUNDING) };
+            if has_choices { (MAX_DEFECT_WITH_CHOICES, 0.0) } else { (MAX_DEFECT, ACCELERATION_ROUNDING) };
         let mut worst = 0.0f64;
         for i in 0..V::LEN {
             let permitted = factor * tolerances.scale(self.series.u[0][i], y.u[i])
@@ -355,10 +354,10 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
         let (rows, phase) = ([V::zeros(); ROWS], Phase::zeros());
         Self {
             chosen_order: None,
-            order: LEAST_ORDER,
+            order: MIN_ORDER,
             reach: f64::NAN,
             is_short: false,
-            series: Series { q: rows, u: rows, order: LEAST_ORDER, scale: 1.0, length: 1.0 },
+            series: Series { q: rows, u: rows, order: MIN_ORDER, scale: 1.0, length: 1.0 },
             from: None,
             lost: phase,
             end: (phase, phase),
@@ -382,7 +381,7 @@ impl<V: Vector> Scheme<V> for Taylor<V> {
             return None;
         }
         let reach = self.reach * self.margin();
-        let most = MOST_STEP_GROWTH * (h / self.series.scale).abs();
+        let most = MAX_STEP_GROWTH * (h / self.series.scale).abs();
         (!reach.is_nan()).then(|| (STEP_SAFETY * reach).min(most) * self.series.scale.abs())
     }
 

@@ -90,8 +90,8 @@ pub(super) struct JacobianSvd {
     refinements: u32,
 }
 
-/// Most refinements in a row, each of which adds rounding to V. The reason for the number is not recorded; a
-/// smaller one costs full decompositions, a larger one digits of V.
+/// Most refinements in a row, each of which adds rounding to V. A smaller number costs full decompositions, a
+/// larger one digits of V.
 const MAX_REFINEMENTS: u32 = 100;
 
 impl JacobianSvd {

@@ -11,7 +11,7 @@ use super::rows::dot;
 use crate::math;
 
 /// Most sweeps. 6 to 10 are needed; only matrices with NaN reach this bound.
-const MOST_SWEEPS: usize = 40;
+const MAX_SWEEPS: usize = 40;
 
 /// A decomposed matrix of m rows and n columns, stored by columns.
 pub(crate) struct Svd<'a> {
@@ -40,7 +40,7 @@ impl<'a> Svd<'a> {
     /// 10⁻¹⁶ each.
     pub(crate) fn refined(m: usize, a: &'a mut [f64], v: &'a mut [f64], sigma: &'a mut [f64]) -> Self {
         let n = sigma.len();
-        for _ in 0..MOST_SWEEPS {
+        for _ in 0..MAX_SWEEPS {
             if !sweep(m, n, a, v, sigma) {
                 break;
             }

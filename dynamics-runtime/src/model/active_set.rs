@@ -12,7 +12,7 @@ pub struct ActiveSet {
 
 impl ActiveSet {
     /// Most switched constraints of a model.
-    pub const MOST: usize = 32;
+    pub const MAX: usize = 32;
     /// Every constraint holds.
     pub const ALL_HOLD: Self = Self { bits: 0 };
 
@@ -58,7 +58,7 @@ impl Debug for ActiveSet {
         if self.all_hold() {
             return f.write_str("all hold");
         }
-        let released = (0..Self::MOST).filter(|i| !self.holds(*i)).map(|i| (i, self.side(i)));
+        let released = (0..Self::MAX).filter(|i| !self.holds(*i)).map(|i| (i, self.side(i)));
         f.write_str("released ")?;
         f.debug_map().entries(released).finish()
     }

@@ -117,7 +117,7 @@ pub trait Constraints: Dynamics {
         _by_multipliers: &mut [f64],
     ) {
     }
-    /// How many kinks [`Constraints::reaction_kinks`] writes, at most [`MOST_KINKS`](super::MOST_KINKS).
+    /// How many kinks [`Constraints::reaction_kinks`] writes, at most [`MAX_KINKS`](super::MAX_KINKS).
     const REACTION_KINKS: usize = 0;
     /// Where the accelerations are not smooth because of reactions: |λ| in a friction force.
     fn reaction_kinks(&self, _state: &Self::State, _multipliers: &Self::Rows, _kinks: &mut [Kink]) {}

@@ -4,7 +4,7 @@ use crate::math;
 use crate::smooth::SmoothFunction;
 
 /// Most kinks of a model: [`Branches`] has as many bits.
-pub const MOST_KINKS: usize = 64;
+pub const MAX_KINKS: usize = 64;
 
 /// A switching function: a value with the interval around it in which accelerations are smooth. Steps end where
 /// the value leaves the interval.

@@ -11,11 +11,11 @@ use crate::model::{Draw, ModelState, Vector};
 use crate::simulate::{EventRecord, Motion, Simulate};
 
 /// A curve has at least about so many points, so that it looks smooth over the width of a page.
-const LEAST_CURVE_POINTS: usize = 2000;
+const MIN_CURVE_POINTS: usize = 2000;
 /// Most interpolated points of a step.
-const MOST_STEP_POINTS: usize = 200;
+const MAX_STEP_POINTS: usize = 200;
 /// Most curves of a panel: more are hard to tell apart.
-const MOST_PANEL_CURVES: usize = 6;
+const MAX_PANEL_CURVES: usize = 6;
 
 /// Charts.
 impl<M: Simulate> Motion<'_, M> {
@@ -84,7 +84,7 @@ impl<M: Simulate> Motion<'_, M> {
     pub(super) fn fine_states(&self) -> Vec<M::State> {
         let mut sampler = self.sampler();
         let steps = self.steps();
-        let parts = LEAST_CURVE_POINTS.div_ceil(steps.len().max(1)).clamp(1, MOST_STEP_POINTS);
+        let parts = MIN_CURVE_POINTS.div_ceil(steps.len().max(1)).clamp(1, MAX_STEP_POINTS);
         let mut states: Vec<M::State> = Vec::new();
         for state in steps {
             if let Some(before) = states.last().map(ModelState::t) {
@@ -195,7 +195,7 @@ pub(super) fn chart(title: String, panels: impl IntoIterator<Item = Panel>) -> C
     panels.into_iter().fold(Chart::new(title), Chart::panel)
 }
 
-/// Panels over time, one for each unit in the order in which the units appear, with [`MOST_PANEL_CURVES`]
+/// Panels over time, one for each unit in the order in which the units appear, with [`MAX_PANEL_CURVES`]
 /// curves at most. `values` are rows of time and numbers.
 pub(super) fn panels<M: Simulate>(
     what: &str,
@@ -205,7 +205,7 @@ pub(super) fn panels<M: Simulate>(
     let mut groups: Vec<(String, Vec<(usize, Column)>)> = Vec::new();
     for (k, column) in columns.enumerate() {
         match groups.iter_mut().rev().find(|(unit, _)| *unit == column.unit) {
-            Some((_, group)) if group.len() < MOST_PANEL_CURVES => group.push((k, column)),
+            Some((_, group)) if group.len() < MAX_PANEL_CURVES => group.push((k, column)),
             _ => groups.push((column.unit.clone(), [(k, column)].to_vec())),
         }
     }

@@ -8,7 +8,7 @@ use core::array;
 
 use nalgebra::SVector;
 
-use super::{CauchySums, MOST_ORDER, RECIPROCAL, Rows, WIDTH, with_reciprocal};
+use super::{CauchySums, MAX_ORDER, RECIPROCAL, Rows, WIDTH, with_reciprocal};
 
 /// Lanes by blocks.
 type Blocks<const B: usize> = [[f64; WIDTH]; B];
@@ -22,12 +22,12 @@ pub type Factors<const B: usize> = ([[f64; WIDTH]; B], [[f64; WIDTH]; B]);
 pub struct ConstrainedMemory<const B: usize, const A: usize, const S: usize> {
     rows: Rows<B>,
     ahead: Rows<A>,
-    shared: [[f64; S]; MOST_ORDER + 1],
+    shared: [[f64; S]; MAX_ORDER + 1],
 }
 
 impl<const B: usize, const A: usize, const S: usize> Default for ConstrainedMemory<B, A, S> {
     fn default() -> Self {
-        Self { rows: Rows::default(), ahead: Rows::default(), shared: [[0.0; S]; MOST_ORDER + 1] }
+        Self { rows: Rows::default(), ahead: Rows::default(), shared: [[0.0; S]; MAX_ORDER + 1] }
     }
 }
 
@@ -48,7 +48,7 @@ pub struct Recurrences<Residue, Right, Solve, Next, Ahead> {
     pub ahead: Ahead,
 }
 
-/// Coefficients of q and u of the orders 0 to `q.len() − 1` (at most [`MOST_ORDER`]) from q₀, u₀ in the first
+/// Coefficients of q and u of the orders 0 to `q.len() − 1` (at most [`MAX_ORDER`]) from q₀, u₀ in the first
 /// rows and q̈₀; `NR` is N + R.
 #[inline(always)]
 pub fn expand_constrained<
@@ -72,7 +72,7 @@ pub fn expand_constrained<
         impl FnMut(f64, &[f64; N], &[f64; 2], &[[f64; WIDTH]; A]) -> (Factors<A>, [f64; S]),
     >,
 ) {
-    let order = (q.len().min(u.len()) - 1).min(MOST_ORDER);
+    let order = (q.len().min(u.len()) - 1).min(MAX_ORDER);
     let (mut lanes, mut ahead) = (CauchySums::new(rows), CauchySums::new(ahead));
     let time = |k: usize| if k == 1 { scale } else { 0.0 };
     // q_K from u of the order before, as values: see `CauchySums`.

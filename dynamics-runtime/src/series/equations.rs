@@ -7,7 +7,7 @@ use crate::model::{Constraints, ModelState, Terms};
 
 /// Smallest pivot for which λ counts as unique, of a matrix whose gradients have unit length. Smaller ones leave
 /// λ fewer than seven digits, and every coefficient loses as many.
-const LEAST_PIVOT: f64 = 1e-9;
+const MIN_PIVOT: f64 = 1e-9;
 
 /// ⎡ M −Φ_qᵀ; Φ_q 0 ⎤ of N coordinates and R rows, factored with pivoting; `NR` is N + R. Rows that do not
 /// hold have λ = 0.
@@ -72,7 +72,7 @@ impl<const NR: usize> Equations<NR> {
             a.swap(j, row);
             order.swap(j, row);
             let pivot = a[j][j];
-            let regular = pivot.abs() > LEAST_PIVOT;
+            let regular = pivot.abs() > MIN_PIVOT;
             if !regular {
                 return false;
             }

@@ -42,7 +42,7 @@ const CHART_CHANGE: &str = "change of chart";
 /// before it can switch back.
 const LOCK_DISTANCE: f64 = 0.5;
 /// Most sets of angles: each doubles the number of charts.
-const MOST_ANGLE_SETS: usize = 6;
+const MAX_ANGLE_SETS: usize = 6;
 
 /// A model in all charts of its angles: those as it was made, and those with turned references.
 ///
@@ -97,8 +97,8 @@ impl<M: Simulate + Clone> ChartSwitching<M> {
     /// changes nothing, or sets a number to something else.
     pub fn turning(mut self, middle: &str, turn: impl Fn(&mut M, f64)) -> Result<Self, ChartError> {
         let reference = AngleReference::of::<M>(middle)?;
-        if self.references.len() == MOST_ANGLE_SETS {
-            return Err(ChartError::TooMany { most: MOST_ANGLE_SETS });
+        if self.references.len() == MAX_ANGLE_SETS {
+            return Err(ChartError::TooMany { most: MAX_ANGLE_SETS });
         }
         if self.references.iter().any(|known| known.set.angles[1] == reference.set.angles[1]) {
             return Err(ChartError::Twice { name: reference.names[1] });

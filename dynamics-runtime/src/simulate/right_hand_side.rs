@@ -154,7 +154,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         }
         let y = dense.at(theta);
         let mut state = self.state(step.start.t + theta * step.h, &y.q, &y.u);
-        if step.kept.between && M::IS_CONSTRAINED {
+        if step.flags.between && M::IS_CONSTRAINED {
             let _ = self.move_on_held_branches(&mut state, |stabilization, model, state| {
                 Ok(stabilization.project_between(model, state, tolerances))
             });
@@ -172,7 +172,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         step: &Step<M::Vector>,
         tolerances: &Tolerances,
     ) -> bool {
-        let StepFlags { stages, between, .. } = step.kept;
+        let StepFlags { stages, between, .. } = step.flags;
         between || stages && self.violation_between(dense, step, tolerances) > MAX_VIOLATION_BETWEEN
     }
 

@@ -256,7 +256,7 @@ impl<'r, 'm, M: SimulationModel> RunState<'_, 'r, 'm, M> {
         let flow = sink.step(from, &to, &mut |theta| {
             if dense.is_none() {
                 let built = self.stepper.dense(rhs, &step, true).map_err(evaluation::<M>)?;
-                step.kept.between = rhs.projects_between(&*built, &step, tolerances);
+                step.flags.between = rhs.projects_between(&*built, &step, tolerances);
                 dense = Some(built);
             }
             let dense = dense.as_deref().expect("built just above");

@@ -27,7 +27,7 @@ pub struct Kink {
 /// What is known only when the equations are solved.
 const SOLUTION: Dependence = Dependence::ACCELERATIONS.with(Dependence::MULTIPLIERS);
 
-/// Most kinks that a run follows. It equals `dynamics_runtime::model::MOST_KINKS`.
+/// Most kinks that a run follows. It equals `dynamics_runtime::model::MAX_KINKS`.
 pub const MOST_KINKS: usize = 64;
 
 /// What M, Q, and the constraints contain.

@@ -8,7 +8,7 @@
 
 use alloc::string::ToString;
 
-use dynamics_runtime::model::{Kink, MOST_KINKS, ModelState, Vector};
+use dynamics_runtime::model::{Kink, MAX_KINKS, ModelState, Vector};
 use dynamics_runtime::simulate::{Motion, Simulate};
 
 use super::super::sensitivity_error::SensitivityError;
@@ -92,7 +92,7 @@ fn refuse_jump<M: Simulate>(motion: &Motion<'_, M>, t: f64, h: f64) -> Result<()
 fn refuse_within<M: Simulate>(motion: &Motion<'_, M>, from: f64, to: f64) -> Result<(), SensitivityError> {
     let mut sampler = motion.sampler();
     let mut kinks = |t: f64| {
-        let mut kinks = [Kink::NONE; MOST_KINKS];
+        let mut kinks = [Kink::NONE; MAX_KINKS];
         motion.model().kinks(&sampler.at(t), &mut kinks);
         kinks
     };

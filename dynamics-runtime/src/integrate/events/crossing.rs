@@ -71,9 +71,9 @@ const PANEL_PARTS: usize = 8;
 const DIVISION: [f64; 3] = [0.22, 0.53, 0.76];
 /// Most evaluations of a function in a step besides those of [`root`]: enough for an oscillation of some
 /// 2,000 radians.
-const MOST_EVALUATIONS: u32 = 16_384;
+const MAX_EVALUATIONS: u32 = 16_384;
 /// A part narrower than so many resolutions is not divided further.
-const LEAST_PART_RESOLUTIONS: f64 = 8.0;
+const MIN_PART_RESOLUTIONS: f64 = 8.0;
 /// A panel is rough where the curvature changes from sample to sample by more than this part of its largest
 /// value.
 const ROUGH_CHANGE: f64 = 0.3;
@@ -219,7 +219,7 @@ impl Scan {
 
     /// Whether a part is not divided in any case: it lies beyond the horizon or is very narrow.
     fn is_fine(&self, from: Sample, to: Sample) -> bool {
-        from.0 > self.horizon || to.0 - from.0 <= LEAST_PART_RESOLUTIONS * self.resolution
+        from.0 > self.horizon || to.0 - from.0 <= MIN_PART_RESOLUTIONS * self.resolution
     }
 
     /// Evaluates the samples that divide a part.
@@ -230,7 +230,7 @@ impl Scan {
             *sample = (theta, g(theta).ok_or(Stopped)?);
         }
         self.evaluations += 3;
-        if self.evaluations > MOST_EVALUATIONS {
+        if self.evaluations > MAX_EVALUATIONS {
             return Err(Stopped);
         }
         Ok(fresh)

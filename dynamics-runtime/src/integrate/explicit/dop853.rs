@@ -51,6 +51,7 @@ impl<V: Vector> Dop853<V> {
 
 impl<V: Vector> Scheme<V> for Dop853<V> {
     const METHOD: Method = Method::Dop853;
+    const IS_EXPLICIT: bool = true;
     const ORDER: u32 = 8;
     const ERROR_ORDER: u32 = 7;
     // Hairer's choices in DOP853. β = 0.02 rejects a third fewer steps and still costs 3 % more for the same

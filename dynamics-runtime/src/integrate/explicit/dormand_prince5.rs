@@ -63,6 +63,7 @@ pub struct DormandPrince5<V> {
 
 impl<V: Vector> Scheme<V> for DormandPrince5<V> {
     const METHOD: Method = Method::DormandPrince5;
+    const IS_EXPLICIT: bool = true;
     const ORDER: u32 = 5;
     const ERROR_ORDER: u32 = 4;
     // Hairer's choices in DOPRI5.

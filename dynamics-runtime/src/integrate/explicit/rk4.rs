@@ -31,6 +31,7 @@ pub struct Rk4<V> {
 
 impl<V: Vector> Scheme<V> for Rk4<V> {
     const METHOD: Method = Method::Rk4;
+    const IS_EXPLICIT: bool = true;
     const ORDER: u32 = 4;
     const ERROR_ORDER: u32 = 4;
     const CONTROL: Option<ControllerSettings> = None;

@@ -72,6 +72,7 @@ pub struct Tsit5<V> {
 
 impl<V: Vector> Scheme<V> for Tsit5<V> {
     const METHOD: Method = Method::Tsit5;
+    const IS_EXPLICIT: bool = true;
     const ORDER: u32 = 5;
     const ERROR_ORDER: u32 = 4;
     const CONTROL: Option<ControllerSettings> =

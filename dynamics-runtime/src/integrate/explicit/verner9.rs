@@ -43,6 +43,7 @@ impl<V: Vector> Verner9<V> {
 
 impl<V: Vector> Scheme<V> for Verner9<V> {
     const METHOD: Method = Method::Verner9;
+    const IS_EXPLICIT: bool = true;
     const ORDER: u32 = 9;
     const ERROR_ORDER: u32 = 8;
     const CONTROL: Option<ControllerSettings> =

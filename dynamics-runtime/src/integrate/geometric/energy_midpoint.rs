@@ -25,7 +25,7 @@ use crate::model::Vector;
 
 /// A kinetic energy below this part of the energy is not corrected: at turning points a small defect would
 /// take a large β, and the rule itself errs least there.
-const LEAST_KINETIC_PART: f64 = 1e-13;
+const MIN_KINETIC_PART: f64 = 1e-13;
 /// Relative rounding of the energies.
 const ENERGY_ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// After so many iterations a defect of the energy as small as its rounding is no longer corrected: slow
@@ -106,7 +106,7 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
                 // The kinetic energy of the middle, since E is quadratic in u.
                 let at_rest = at(&rest, system);
                 let motion = at(&middle, system) - at_rest;
-                if motion.abs() > LEAST_KINETIC_PART * energy.abs() {
+                if motion.abs() > MIN_KINETIC_PART * energy.abs() {
                     let missing = missing(&Self::end(y0, h, &a, &middle.u, beta), system);
                     let rounding = ENERGY_ROUNDING * energy.abs().max(at_rest.abs());
                     if iteration < ITERATIONS_WITH_CORRECTION || missing.abs() > rounding {

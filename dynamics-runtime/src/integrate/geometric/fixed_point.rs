@@ -2,12 +2,12 @@
 //! structure-preserving methods need.
 
 /// Most iterations for the equations of a step.
-const MOST_FIXED_POINT_ITERATIONS: u32 = 100;
+const MAX_FIXED_POINT_ITERATIONS: u32 = 100;
 /// Corrections that no longer shrink are rounding, if they are below this part of what the step changes.
 const ROUNDING_CORRECTION: f64 = 1e-12;
 /// The change of a step counts as no smaller than this part of its values: rounding is in proportion to
 /// values, not to changes.
-const LEAST_CHANGE_PART: f64 = 1e-2;
+const MIN_CHANGE_PART: f64 = 1e-2;
 /// Corrections that are so many times the smallest one so far diverge. The first iterations of a step that
 /// converges may grow, but by less.
 const DIVERGENCE_GROWTH: f64 = 1e3;
@@ -58,7 +58,7 @@ impl FixedPoint {
         Self {
             previous: f64::INFINITY,
             smallest: f64::INFINITY,
-            iterations_left: MOST_FIXED_POINT_ITERATIONS,
+            iterations_left: MAX_FIXED_POINT_ITERATIONS,
             stalled: 0,
         }
     }
@@ -97,7 +97,7 @@ pub(super) fn relative_correction(
     for (before, after, at_start) in values {
         // NaN stays.
         correction = if (after - before).abs() <= correction { correction } else { (after - before).abs() };
-        change = change.max((after - at_start).abs()).max(LEAST_CHANGE_PART * after.abs());
+        change = change.max((after - at_start).abs()).max(MIN_CHANGE_PART * after.abs());
     }
     let farthest = q.iter().fold(0.0f64, |most, q| most.max(q.abs()));
     let rounding = POSITION_ROUNDING_UNITS * f64::EPSILON * farthest / h.abs();

@@ -42,7 +42,7 @@ mod table;
 use table::*;
 
 /// Most Newton iterations of a stage.
-const MOST_STAGE_ITERATIONS: u32 = 10;
+const MAX_STAGE_ITERATIONS: u32 = 10;
 /// Rate of convergence from which on the iterations get a new Jacobian. A smaller value costs Jacobians, a
 /// larger one iterations.
 const RENEWAL_RATE: f64 = 0.2;
@@ -173,7 +173,7 @@ impl<V: Vector> Esdirk4<V> {
         let (t, step) = (start.t + C[i] * h, GAMMA * h);
         let (base, mut u) = (self.stage_base(&start.y, h, i), self.predicted(start, h, i));
         let (mut before, mut renewed) = (f64::INFINITY, false);
-        for iteration in 1..=MOST_STAGE_ITERATIONS {
+        for iteration in 1..=MAX_STAGE_ITERATIONS {
             let q = zip(&Phase { q: base.q, u: base.u }, &Phase { q: u, u }, |x, u| x + step * u).q;
             let a = system.accelerations(t, &q, &u)?;
             if !self.has_jacobian {

@@ -38,7 +38,7 @@ use crate::math;
 use crate::model::Vector;
 
 /// Most Newton iterations of a step.
-const MOST_NEWTON_STEPS: u32 = 15;
+const MAX_NEWTON_STEPS: u32 = 15;
 /// Corrections that are so many times the smallest one so far diverge. The first corrections may grow by
 /// less.
 const DIVERGENCE_GROWTH: f64 = 1e3;
@@ -57,16 +57,16 @@ const NEWTON_ERROR_PART: f64 = 1e-2;
 /// Corrections of positions up to this part of the summands of the positions are rounding.
 const CORRECTION_ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// Corrections that shrink by no more than this factor are rounding already below [`STALLED_CORRECTION`]: near
-/// rank loss constraints amplify rounding.
+/// a rank loss the constraints amplify rounding.
 const STALLED_RATE: f64 = 0.5;
 /// See [`STALLED_RATE`]; a part of the summands of the positions.
 const STALLED_CORRECTION: f64 = 1e-10;
 /// A step more than so many times as long as the one before starts anew: scaled to it, the data of the short
 /// step would be mostly rounding.
-const MOST_STEP_RATIO_CONTINUED: f64 = 4.0;
+const MAX_STEP_RATIO_CONTINUED: f64 = 4.0;
 /// Largest part of the displacement of a step that the constraints may contribute. A larger one leads to
 /// another assembly of the mechanism.
-const MOST_CONSTRAINT_PART: f64 = 0.25;
+const MAX_CONSTRAINT_PART: f64 = 0.25;
 /// ρ∞ of [`Scheme::new`]: damps fast oscillations by a fifth per step.
 const DEFAULT_RHO: f64 = 0.8;
 
@@ -213,7 +213,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
     fn begin<S: System<V>>(&mut self, system: &mut S, start: &StepNode<V>, h: f64) -> Result<(), S::Error> {
         let last = self.last.filter(|last| {
             let ratio = h / last.h;
-            last.end == *start && ratio > 0.0 && ratio <= MOST_STEP_RATIO_CONTINUED
+            last.end == *start && ratio > 0.0 && ratio <= MAX_STEP_RATIO_CONTINUED
         });
         let Some(LastAlphaStep {
             h: long,
@@ -380,7 +380,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
             factored_h == 0.0 || factored_beta != beta || (h / factored_h - 1.0).abs() > SAME_STEP_PART;
         let (mut first, mut before, mut rate, mut by_constraints) =
             (f64::INFINITY, f64::INFINITY, 1.0, V::zeros());
-        for iteration in 1..=MOST_NEWTON_STEPS {
+        for iteration in 1..=MAX_NEWTON_STEPS {
             (self.end, self.k[1].u) = (self.end(start, h), self.method_acceleration());
             let (y, qdd) = (self.end, self.k[1].u);
             self.k[1].q = y.u;
@@ -419,7 +419,7 @@ impl<V: Vector> GeneralizedAlpha<V> {
                 (self.end, self.k[1].u) = (self.end(start, h), self.method_acceleration());
                 let way = plus_scaled(&self.end.q, -1.0, &start.y.q);
                 return Ok(largest(&by_constraints)
-                    <= MOST_CONSTRAINT_PART * largest(&way) + CORRECTION_ROUNDING * self.summands(start, h));
+                    <= MAX_CONSTRAINT_PART * largest(&way) + CORRECTION_ROUNDING * self.summands(start, h));
             }
             // 3. Diverged, or another iteration.
             if size > DIVERGENCE_GROWTH * first {

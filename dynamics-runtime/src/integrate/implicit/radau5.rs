@@ -58,7 +58,7 @@ use table::*;
 use tolerances::{newton_tolerance, scaled_tolerances};
 
 /// Most Newton iterations of a step: that of `radau5.f`.
-const MOST_ITERATIONS: u32 = 7;
+const MAX_ITERATIONS: u32 = 7;
 /// Rate of convergence up to which the Jacobian is kept for the next step: that of `radau5.f`.
 const KEPT_JACOBIAN_RATE: f64 = 1e-3;
 /// Factor up to which a step does not grow although it could, so that its factored matrices are kept: that of
@@ -183,7 +183,7 @@ impl<V: Vector> Radau5<V> {
         let mut renew = staged;
         self.rate = KEPT_JACOBIAN_RATE;
         let (mut first, mut before, mut rate_before) = (0.0, 0.0, 0.0);
-        for iteration in 1..=MOST_ITERATIONS {
+        for iteration in 1..=MAX_ITERATIONS {
             self.iterations = iteration;
             // 1. The accelerations of the stages, and the correction.
             for (i, c) in C.iter().enumerate() {
@@ -219,8 +219,8 @@ impl<V: Vector> Radau5<V> {
                     self.factor = 1.0;
                 } else {
                     self.factor = self.rate / (1.0 - self.rate);
-                    let left = math::powi(self.rate, (MOST_ITERATIONS - 1).saturating_sub(iteration) as i32);
-                    if !staged && iteration < MOST_ITERATIONS && self.factor * size * left >= enough {
+                    let left = math::powi(self.rate, (MAX_ITERATIONS - 1).saturating_sub(iteration) as i32);
+                    if !staged && iteration < MAX_ITERATIONS && self.factor * size * left >= enough {
                         return Ok(NewtonOutcome::Slow);
                     }
                 }
@@ -557,7 +557,7 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
     fn adjust_step_factor(&mut self, _: f64, error: f64) -> f64 {
         self.accepted_error = error;
         // After many iterations a shorter step is cheaper.
-        let most = f64::from(MOST_ITERATIONS);
+        let most = f64::from(MAX_ITERATIONS);
         let safety = SAFETY.min(SAFETY * (1.0 + 2.0 * most) / (f64::from(self.iterations) + 2.0 * most));
         let root = |x: f64| math::sqrt(math::sqrt(x));
         let mut shorter = (root(error) / safety).clamp(SMALLEST_STEP_RATIO, LARGEST_STEP_RATIO);

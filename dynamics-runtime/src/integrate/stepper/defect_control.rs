@@ -26,10 +26,10 @@ use crate::model::Vector;
 /// interpolants of Hermite, DOP853 and Verner, with the defect sampled where it is large.
 const ERROR_PER_DEFECT: f64 = 0.25;
 /// Largest error of an interpolant, in permitted errors of a step: no larger than that of the ends.
-const MOST_INTERPOLATION_ERROR: f64 = 1.0;
+const MAX_INTERPOLATION_ERROR: f64 = 1.0;
 /// Most parts of a step. Where accelerations jump within it, more parts would resolve the jump further, and
 /// the error would not fall.
-const MOST_STEP_PARTS: usize = 16;
+const MAX_STEP_PARTS: usize = 16;
 
 /// The dense output of a step that was made again in equal parts.
 pub(crate) struct SubdividedStep<V, D> {
@@ -63,26 +63,26 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     ) -> Option<SubdividedStep<V, S::Dense>> {
         let whole =
             interpolation_error::<V, S, Y>(system, dense, (&step.start, &step.end.y, step.h), tolerances);
-        if whole <= MOST_INTERPOLATION_ERROR {
+        if whole <= MAX_INTERPOLATION_ERROR {
             return None;
         }
         let (mut least, mut best) = (whole, None);
         let mut count = 2;
         // Errors of smooth motions fall with this power of the number of parts: numbers that cannot be enough
         // are left out.
-        while count < MOST_STEP_PARTS
+        while count < MAX_STEP_PARTS
             && crate::math::powi(count as f64, S::ERROR_ORDER as i32) < whole
             && whole.is_finite()
         {
             count *= 2;
         }
-        while count <= MOST_STEP_PARTS {
+        while count <= MAX_STEP_PARTS {
             // Where a part cannot be made, finer ones cannot either.
             let Ok(Some((error, parts))) = subdivide(scheme, system, step, count, tolerances) else { break };
             if error < least {
                 (least, best) = (error, Some(parts));
             }
-            if error <= MOST_INTERPOLATION_ERROR {
+            if error <= MAX_INTERPOLATION_ERROR {
                 break;
             }
             count *= 2;
@@ -124,8 +124,8 @@ fn subdivide<V: Vector, S: Scheme<V>, Y: System<V>>(
     tolerances: &Tolerances,
 ) -> Result<Option<JudgedSubdivision<V, S::Dense>>, Y::Error> {
     let (mut start, mut most, mut parts) = (step.start, 0.0f64, Vec::with_capacity(count));
-    system.project_stages(step.kept.stages, tolerances);
-    system.hold_branches(&mut start, step.h, step.kept.branches)?;
+    system.project_stages(step.flags.stages, tolerances);
+    system.hold_branches(&mut start, step.h, step.flags.branches)?;
     for part in 1..=count {
         let t = if part == count { step.end.t } else { step.start.t + step.h * (part as f64 / count as f64) };
         let h = t - start.t;

@@ -8,7 +8,7 @@
 //! ([`Scheme::LONG_STEPS`](crate::integrate::Scheme::LONG_STEPS)) therefore take a longer step, where the
 //! characteristic times of the mechanism allow it: |q|/|q̇|, √(|q|/|q̈|) and |q̈|/|q⃛|. In a part x of the
 //! least of them a method of order p has a relative error of order x^(p+1) in |q|; the step is the one for
-//! which this is a hundredth of the tolerance, but at most [`MOST_STEP_RATIO`] times the estimate above. Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*,
+//! which this is a hundredth of the tolerance, but at most [`MAX_STEP_RATIO`] times the estimate above. Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*,
 //! §II.4, "starting step size".
 
 use crate::integrate::phase::zip;
@@ -18,7 +18,7 @@ use crate::model::Vector;
 
 /// Largest ratio of the step by characteristic times to the one by the second derivative: see the header. If
 /// they differ by more, one of them is not representative of the motion.
-const MOST_STEP_RATIO: f64 = 100.0;
+const MAX_STEP_RATIO: f64 = 100.0;
 
 /// |h| for a method of the given order, which makes `long` steps or not; costs one to four evaluations.
 /// `direction` is ±1, `most` an upper bound.
@@ -56,7 +56,7 @@ pub(super) fn first_step<V: Vector, S: System<V>>(
         };
         let of_order = fine.min(100.0 * h);
         let characteristic = if long { characteristic_step(start, &a, h, order, tolerances) } else { 0.0 };
-        return of_order.max(characteristic.min(MOST_STEP_RATIO * of_order)).min(most);
+        return of_order.max(characteristic.min(MAX_STEP_RATIO * of_order)).min(most);
     }
     h
 }
@@ -105,7 +105,7 @@ mod tests {
         for omega in [1e-3f64, 1.0, 1e4] {
             let [short, long] = steps(|_, q, _| -omega * omega * q, 1.0, 0.0);
             assert!(
-                (long * omega - 0.314).abs() < 0.001 || long == MOST_STEP_RATIO * short,
+                (long * omega - 0.314).abs() < 0.001 || long == MAX_STEP_RATIO * short,
                 "{short:e} {long:e}"
             );
             // The short one does not know seconds from milliseconds.
@@ -127,7 +127,7 @@ mod tests {
     fn without_times_of_its_own_the_first_step_is_short() {
         for (a, q) in [(0.0, 1.0), (1.0, 0.0), (0.0, 0.0)] {
             let [short, long] = steps(|_, _, _| a, q, 0.0);
-            assert!(long == short || a > 0.0 && long <= MOST_STEP_RATIO * short, "{short:e} {long:e}");
+            assert!(long == short || a > 0.0 && long <= MAX_STEP_RATIO * short, "{short:e} {long:e}");
             assert!(long > 0.0 && long.is_finite());
         }
     }

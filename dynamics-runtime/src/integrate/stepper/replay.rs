@@ -14,7 +14,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     pub fn dense<Y: System<V>>(&mut self, system: &mut Y, step: &Step<V>) -> Result<S::Dense, Y::Error> {
         // The first stage may belong to this step: see `Accelerations::begin_attempt`.
         let start = StepNode { a: self.scheme.stages()[0].u, ..step.start };
-        system.project_stages(step.kept.stages, &self.options.tolerances);
+        system.project_stages(step.flags.stages, &self.options.tolerances);
         self.scheme.dense(system, &start, &step.end, step.h)
     }
 
@@ -28,11 +28,11 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     ) -> Result<Option<S::Dense>, Y::Error> {
         // The accelerations at both ends, with the branches of this step.
         let mut start = step.start;
-        system.project_stages(step.kept.stages, tolerances);
-        system.hold_branches(&mut start, step.h, step.kept.branches)?;
+        system.project_stages(step.flags.stages, tolerances);
+        system.hold_branches(&mut start, step.h, step.flags.branches)?;
         system.begin_attempt(&mut start, step.h)?;
         let mut end = step.end;
-        if step.kept.branches {
+        if step.flags.branches {
             // The record has those of the next step, which may hold other branches.
             end.a = system.accelerations(end.t, &end.y.q, &end.y.u)?;
         }
@@ -87,7 +87,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         tolerances: &Tolerances,
     ) -> Result<Option<(Phase<V>, f64)>, Y::Error> {
         let mut start = step.start;
-        system.hold_branches(&mut start, step.h, step.kept.branches)?;
+        system.hold_branches(&mut start, step.h, step.flags.branches)?;
         Self::replay_end_on_held_branches(scheme, system, &Step { start, ..*step }, tolerances)
     }
 
@@ -100,7 +100,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         tolerances: &Tolerances,
     ) -> Result<Option<(Phase<V>, f64)>, Y::Error> {
         let mut start = step.start;
-        system.project_stages(step.kept.stages, tolerances);
+        system.project_stages(step.flags.stages, tolerances);
         system.begin_attempt(&mut start, step.h)?;
         let (mut end, error) = Self::replay_attempt(scheme, system, (&start, step.h), tolerances)?;
         if !(scheme.has_converged() && end.is_finite() && error.is_finite()) {

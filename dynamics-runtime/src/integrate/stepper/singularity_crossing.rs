@@ -18,23 +18,38 @@
 //! of 1e-13 (tested), and passed at 1e-14 in trials.
 
 use crate::integrate::phase::zip;
-use crate::integrate::stepper::{LARGE_ERROR, StepRejection, Stepper, Trial};
-use crate::integrate::{Method, Phase, ProjectedEnd, Scheme, StepNode, System};
+use crate::integrate::stepper::{OFF_CONSTRAINT_ERROR, StepRejection, Stepper, Trial};
+use crate::integrate::{Phase, ProjectedEnd, Scheme, StepNode, System};
 use crate::math;
 use crate::model::Vector;
 
 /// Largest violation, in permitted errors, that projecting the end of a step may remove without counting as
 /// an error of the step. Beyond, the constraints would decide the motion instead of the method. A smaller
 /// value rejects more steps of long runs, a larger one accepts steps that projection displaces.
-const MOST_VIOLATION: f64 = 10.0;
+const MAX_VIOLATION: f64 = 10.0;
 /// Further attempts to make a step near rank loss, each with other stages and another end. At the position
 /// itself rounding decides, and ever shorter steps come only nearer to it.
-const MOST_RETRIES: u32 = 5;
-/// Under step control each retry is shorter than the one before by this factor.
+const MAX_RETRIES: u32 = 5;
+/// Under step control each retry is this factor times as long as the one before.
 const RETRY_FACTOR: f64 = 0.8;
-/// Where the retries of a fixed step end: at a part of what is left to its end, or behind that by a part of a
-/// fixed step, since the end itself may be the singular position.
-const RETRY_ENDS: [(f64, f64); 5] = [(1.0, 0.3), (0.8, 0.0), (1.0, 0.15), (0.6, 0.0), (0.4, 0.0)];
+
+/// Where a retry of a fixed step ends: at `part` of what is left to the end of the step, and `behind` of a
+/// fixed step later.
+struct RetryEnd {
+    part: f64,
+    behind: f64,
+}
+
+/// The ends of the retries of a fixed step, in their order. Retries before the end and behind it alternate,
+/// since the end itself may be the singular position.
+const RETRY_ENDS: [RetryEnd; 5] = [
+    RetryEnd { part: 1.0, behind: 0.3 },
+    RetryEnd { part: 0.8, behind: 0.0 },
+    RetryEnd { part: 1.0, behind: 0.15 },
+    RetryEnd { part: 0.6, behind: 0.0 },
+    RetryEnd { part: 0.4, behind: 0.0 },
+];
+
 /// A step is inspected whose stages disagree by so many times their usual disagreement. A smaller value
 /// inspects steps of ordinary motions, a larger one misses steps that were thrown.
 const UNUSUAL_DISAGREEMENT: f64 = 30.0;
@@ -45,18 +60,18 @@ const USUAL_CHANGE: f64 = 2.0;
 const ROUNDING_DISAGREEMENT: f64 = 0.1;
 /// Largest part of the way of a fixed step, in positions or in velocities, by which projection may displace
 /// its end. No tolerance judges it; beyond, the step is an error.
-const MOST_DISPLACEMENT: f64 = 0.02;
+const MAX_DISPLACEMENT: f64 = 0.02;
 /// The end of a shorter step replaces a longer one only if its uncertainty is smaller by this factor: the
 /// longer step has come further, and may have passed the position.
 const PREFERRED_CERTAINTY: f64 = 4.0;
-/// Largest second-order part of a projection for which its direction counts as constant along it. A move of
+/// A projection whose second-order part is larger than this is not treated as a straight move. A move of
 /// `by` permitted errors is by·tolerance long, and its second-order part is by²·tolerance permitted errors.
-const MOST_CURVATURE: f64 = 0.1;
+const MAX_CURVATURE: f64 = 0.1;
 /// Part of a fixed step by which an end may miss that of the step and still counts as the same time.
 const SAME_TIME_PART: f64 = 1e-6;
 /// Uncertainty from rounding at the end of a step, in permitted errors, from which on it counts as a
-/// disagreement of the stages. Below, it is larger the nearer the position is, on both sides, and no step
-/// avoids it.
+/// disagreement of the stages. Smaller uncertainty is unavoidable near the position, so no other attempt
+/// would be better.
 pub(super) const UNCERTAIN_END: f64 = 100.0;
 
 /// What is kept from one fixed step to the next, and from one attempt to the next.
@@ -98,7 +113,7 @@ impl SingularityCrossing {
     /// Whether a step under step control is repeated shorter, so that its end and its stages lie elsewhere;
     /// counts `retries`. `projects`: whether the ends of steps are projected.
     pub(super) fn needs_retry<V>(&mut self, retries: &mut u32, trial: &Trial<V>, projects: bool) -> bool {
-        let is_doubtful = trial.noise > 1.0 || projects && trial.error > LARGE_ERROR;
+        let is_doubtful = trial.noise > 1.0 || projects && trial.error > OFF_CONSTRAINT_ERROR;
         if !is_doubtful || self.is_last {
             return false;
         }
@@ -107,7 +122,7 @@ impl SingularityCrossing {
         {
             self.best_uncertain = Some((trial.end.t, trial.noise));
         }
-        let is_left = *retries < MOST_RETRIES;
+        let is_left = *retries < MAX_RETRIES;
         *retries += u32::from(is_left);
         is_left
     }
@@ -118,7 +133,7 @@ impl SingularityCrossing {
         // A certain end is better than any uncertain one. A step whose error is merely too large is left to
         // the step control.
         let is_uncertain = trial.noise > 1.0 && least <= PREFERRED_CERTAINTY * trial.noise;
-        let is_given_up = trial.error > 1.0 && retries == MOST_RETRIES;
+        let is_given_up = trial.error > 1.0 && retries == MAX_RETRIES;
         let is_better = end != trial.end.t && (is_uncertain || is_given_up);
         self.is_last |= is_better;
         is_better.then_some(end)
@@ -189,7 +204,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         ends: (&Phase<V>, &Phase<V>),
         end_t: f64,
     ) -> Result<f64, Y::Error> {
-        let violated = moved.violation / MOST_VIOLATION;
+        let violated = moved.violation / MAX_VIOLATION;
         if Y::IS_UNCONSTRAINED || violated <= 1.0 || self.is_fixed() {
             Ok(violated)
         } else {
@@ -208,12 +223,12 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         end_t: f64,
     ) -> Result<f64, Y::Error> {
         let (start, tolerances) = (&self.now, &self.options.tolerances);
-        let violated = moved.violation / MOST_VIOLATION;
+        let violated = moved.violation / MAX_VIOLATION;
         let tolerance = math::max(tolerances.absolute, tolerances.relative);
         let end = StepNode { t: end_t, y: *to, a: start.a };
         let is_rounding = moved.noise > 1.0;
         if !is_rounding
-            || moved.by * moved.by * tolerance > MOST_CURVATURE
+            || moved.by * moved.by * tolerance > MAX_CURVATURE
             || !system.is_near_rank_loss(start, &end)
         {
             return Ok(violated);
@@ -237,7 +252,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let start = &self.now;
         match trial {
             // Stages of implicit methods satisfy their equations where these have a solution.
-            Ok(_) if !Self::is_explicit() => CrossingVerdict::Accept,
+            Ok(_) if !S::IS_EXPLICIT => CrossingVerdict::Accept,
             Ok(trial) => self
                 .crossing
                 .judge(attempt, trial.stage_disagreement, || system.is_near_rank_loss(start, &trial.end)),
@@ -273,7 +288,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     }
 
     /// The best attempt at a fixed step near rank loss, or an error where its stages disagree by more than
-    /// [`MOST_DISPLACEMENT`] of its way.
+    /// [`MAX_DISPLACEMENT`] of its way.
     #[cold]
     pub(super) fn check_disagreement<E>(
         &self,
@@ -292,7 +307,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     /// The disagreement of the stages of an attempt, in permitted errors.
     #[inline(always)]
     pub(super) fn stage_disagreement<Y: System<V>>(&self, system: &Y, error: f64, end: &Phase<V>) -> f64 {
-        if S::CONTROL.is_none() && Self::is_explicit() && system.has_constraints() {
+        if S::CONTROL.is_none() && S::IS_EXPLICIT && system.has_constraints() {
             return self.options.tolerances.norm(&self.scheme.stage_disagreement(), &self.now.y, end);
         }
         error
@@ -319,12 +334,12 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let Some(fixed) = self.options.fixed else {
             return t + h * math::powi(RETRY_FACTOR, retry as i32);
         };
-        let (part, behind) = RETRY_ENDS[retry as usize - 1];
+        let RetryEnd { part, behind } = RETRY_ENDS[retry as usize - 1];
         let end = t + part * h + (behind * fixed).copysign(h);
         if (limit - end) * h.signum() < 0.0 { limit } else { end }
     }
 
-    /// The coordinate that a move displaced most, if that was by more than [`MOST_DISPLACEMENT`] of the way
+    /// The coordinate that a move displaced most, if that was by more than [`MAX_DISPLACEMENT`] of the way
     /// of a step from here.
     #[cold]
     pub(super) fn displaced_coordinate(&self, from: &Phase<V>, to: &Phase<V>, h: f64) -> Option<usize> {
@@ -332,14 +347,6 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         let h = h.abs().max(self.options.fixed.unwrap_or(0.0).abs());
         let parts = [&from.q, &to.q, &from.u, &to.u, &self.now.y.u];
         displaced_coordinate(parts.map(|part| part.as_slice()), h)
-    }
-
-    /// Whether the stages are states near the solution, each computed from those before it.
-    pub(super) const fn is_explicit() -> bool {
-        matches!(
-            S::METHOD,
-            Method::Rk4 | Method::DormandPrince5 | Method::Tsit5 | Method::Dop853 | Method::Verner9
-        )
     }
 }
 
@@ -349,7 +356,7 @@ fn displaced_coordinate([q, to_q, u, to_u, at_start]: [&[f64]; 5], h: f64) -> Op
     let largest =
         |values: &mut dyn Iterator<Item = f64>| values.fold(0.0f64, |most, x| math::max(most, x.abs()));
     let is_far = |from: &[f64], to: &[f64], way: f64| {
-        largest(&mut to.iter().zip(from).map(|(to, from)| to - from)) > MOST_DISPLACEMENT * way
+        largest(&mut to.iter().zip(from).map(|(to, from)| to - from)) > MAX_DISPLACEMENT * way
     };
     let speed = 0.5 * (largest(&mut at_start.iter().copied()) + largest(&mut to_u.iter().copied()));
     let is_far_in_q = is_far(q, to_q, speed * h);

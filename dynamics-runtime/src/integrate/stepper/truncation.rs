@@ -20,7 +20,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         match self.try_step::<_, true>(system, end_t, h) {
             Ok(Trial { start, end, flags, .. }) => {
                 self.now = end;
-                Ok(Step { start, end, h, kept: flags })
+                Ok(Step { start, end, h, flags })
             }
             Err(failure) => {
                 // What was prepared for this step must not start the iterations of another one.

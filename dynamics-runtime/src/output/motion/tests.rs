@@ -266,11 +266,11 @@ fn the_history_has_a_panel_for_each_unit() {
 #[test]
 fn curves_are_fine_between_large_steps() {
     let states = motion(10.0).fine_states();
-    assert!(states.len() >= 9 * LEAST_CURVE_POINTS / 10, "{}", states.len());
+    assert!(states.len() >= 9 * MIN_CURVE_POINTS / 10, "{}", states.len());
     assert!(states.windows(2).all(|pair| pair[0].t < pair[1].t));
     let steps: Vec<_> = motion(10.0).steps().map(|state| state.t).collect();
     let longest = steps.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
-    let finest = longest / LEAST_CURVE_POINTS.div_ceil(steps.len()) as f64;
+    let finest = longest / MIN_CURVE_POINTS.div_ceil(steps.len()) as f64;
     assert!(states.windows(2).all(|pair| pair[1].t - pair[0].t < 1.001 * finest), "even parts");
     for state in states {
         assert!((state.q[0] - state.t.cos()).abs() < 1e-8);

@@ -12,7 +12,7 @@ use crate::simulate::trajectory::motion::Motion;
 
 /// The other chart is not evaluated nearer to locking than this, in rad, where its values are mostly
 /// rounding.
-const LEAST_LOCK_ANGLE: f64 = 0.02;
+const MIN_LOCK_ANGLE: f64 = 0.02;
 /// A disagreement must also exist at this part of a step before or after the end of the step. Steps end where
 /// functions jump, and there rounding selects the side.
 const STEP_END_PROBE: f64 = 1e-3;
@@ -106,9 +106,8 @@ impl<M: Simulate + Clone> StepComparison<'_, '_, M> {
                 reference.re_express(&mut there, turned[0], turned[1]).ok()?;
             }
         }
-        let far = |state: &M::State| {
-            self.switching.references.iter().all(|at| at.distance(state) > LEAST_LOCK_ANGLE)
-        };
+        let far =
+            |state: &M::State| self.switching.references.iter().all(|at| at.distance(state) > MIN_LOCK_ANGLE);
         (far(&here) && far(&there)).then_some([here, there])
     }
 

@@ -12,7 +12,7 @@
 
 use crate::constrain::solve_once;
 use crate::linalg::{max_abs, norm};
-use crate::model::{Branches, Constraint, Kink, MOST_KINKS, ModelState, SimulationModel, Vector};
+use crate::model::{Branches, Constraint, Kink, MAX_KINKS, ModelState, SimulationModel, Vector};
 use crate::simulate::stabilization::Stabilization;
 
 /// Values of a kink up to this part of 1 + |q| are zero: the state is on neither side. It is above rounding,
@@ -76,8 +76,8 @@ fn kink_resolution<S: ModelState>(state: &S) -> f64 {
     EDGE_RESOLUTION * (1.0 + max_abs(state.q().as_slice()))
 }
 
-fn kinks_of<M: SimulationModel>(model: &M, state: &M::State) -> [Kink; MOST_KINKS] {
-    let mut kinks = [Kink::NONE; MOST_KINKS];
+fn kinks_of<M: SimulationModel>(model: &M, state: &M::State) -> [Kink; MAX_KINKS] {
+    let mut kinks = [Kink::NONE; MAX_KINKS];
     model.kinks(state, &mut kinks);
     kinks
 }

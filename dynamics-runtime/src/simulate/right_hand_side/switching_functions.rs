@@ -14,7 +14,7 @@ use crate::integrate::{
     Accelerations, BranchHold, Phase, Scan, ScanError, StepNode, Switching as _, sample_position,
 };
 use crate::linalg::max_abs;
-use crate::model::{Branches, Constraints, Kink, MOST_KINKS, ModelState, StaticTraits, Vector};
+use crate::model::{Branches, Constraints, Kink, MAX_KINKS, ModelState, StaticTraits, Vector};
 use crate::simulate::right_hand_side::{EvaluationError, RightHandSide};
 
 /// Part of a step at which its branches are determined. Not at its start: that may lie a rounding error
@@ -42,7 +42,7 @@ const MAX_BRANCH_CHANGES: usize = 4;
 /// branches. It doubles from rounding on, so most shifts are much smaller.
 const MAX_SHIFT: f64 = 1e-6;
 
-type Kinks = [Kink; MOST_KINKS];
+type Kinks = [Kink; MAX_KINKS];
 
 impl<M: Constraints> RightHandSide<'_, '_, M> {
     /// Holds the branches just after the start of a step, with the accelerations on them; `on` is false where
@@ -125,7 +125,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
 
     /// Whether a branch cut of an angle lies between two sets of branches.
     pub(crate) fn is_cut_between(&self, state: &M::State, before: Branches, after: Branches) -> bool {
-        let mut kinks = [Kink::NONE; MOST_KINKS];
+        let mut kinks = [Kink::NONE; MAX_KINKS];
         self.model.kinks(state, &mut kinks);
         let changes =
             |i: usize| before.holds(i) && after.holds(i) && before.below(i, false) != after.below(i, false);
@@ -134,7 +134,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
 
     /// The branches by the signs of the kinks at a state.
     fn branches_at(&self, state: &M::State) -> Branches {
-        let mut kinks = [Kink::NONE; MOST_KINKS];
+        let mut kinks = [Kink::NONE; MAX_KINKS];
         self.model.kinks(state, &mut kinks);
         let mut branches = Branches::FREE;
         // A kink that is zero, or not a number, leaves its branch free.
@@ -153,9 +153,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         fails: bool,
         path: &dyn Fn(f64) -> Phase<M::Vector>,
     ) -> Option<f64> {
-        const {
-            assert!(M::KINKS <= MOST_KINKS && M::REACTION_KINKS <= MOST_KINKS, "more kinks than are followed")
-        };
+        const { assert!(M::KINKS <= MAX_KINKS && M::REACTION_KINKS <= MAX_KINKS, "more kinks than are followed") };
         let size = 1.0 + max_abs(path(1.0).q.as_slice());
         let mut search = SwitchingSearch { t, h, size, resolution: resolution(t, h), first: f64::INFINITY };
         if M::HAS_KINKS {
@@ -166,7 +164,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
                 (true, false) => 0.0,
             };
             search.scan::<{ KINK_SAMPLE_PARTS + 1 }>(M::KINKS, start_sign, fails, |theta| {
-                let (y, mut kinks) = (path(theta), [Kink::NONE; MOST_KINKS]);
+                let (y, mut kinks) = (path(theta), [Kink::NONE; MAX_KINKS]);
                 self.model.kinks(&self.state(t + theta * h, &y.q, &y.u), &mut kinks);
                 kinks
             });
@@ -178,7 +176,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
                 |_, _| 1.0,
                 false,
                 |theta| {
-                    let (y, mut kinks) = (path(theta), [Kink::NONE; MOST_KINKS]);
+                    let (y, mut kinks) = (path(theta), [Kink::NONE; MAX_KINKS]);
                     let state = self.on_branches(&self.state(t + theta * h, &y.q, &y.u));
                     self.evaluations += 1;
                     if let Ok(multipliers) = self.stabilization.reactions(self.model, self.constants, &state)

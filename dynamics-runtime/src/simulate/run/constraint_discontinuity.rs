@@ -176,7 +176,7 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
     ) -> Result<Option<Branches>, RunFailure> {
         if M::IS_UNSWITCHED
             || M::IS_SMOOTH
-            || !step.kept.branches
+            || !step.flags.branches
             || step.end.t == self.plan.end
             || !self.has_corner_rules()
         {

@@ -148,7 +148,7 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
             Ok(dense) => dense,
             Err(error) => return Err(self.undo_step(step, failure(evaluation::<M>(error)))),
         };
-        step.kept.between = rhs.projects_between(&*dense, step, &options.tolerances);
+        step.flags.between = rhs.projects_between(&*dense, step, &options.tolerances);
         let rhs = RefCell::new(rhs);
         let step = &*step;
         let state = |theta: f64| rhs.borrow_mut().state_within(&*dense, step, &options.tolerances, theta);

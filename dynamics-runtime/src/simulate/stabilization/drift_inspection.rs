@@ -268,18 +268,24 @@ fn find_drifted<M: Constraints>(
     if !limit.is_finite() {
         return None;
     }
-    let drifted = |what, row: usize, residual, values: &M::Vector| {
+    let drifted = |level: ConstraintLevel, row: usize, residual, values: &M::Vector| {
         let distance = distances.distance(row, residual);
         let limit = limit * size_along(model, values.as_slice(), distances.gradients.row(row));
         // Negated, so that a distance or a limit that is not a number is reported.
         let is_permitted = distance <= limit;
-        (!is_permitted).then_some(Drifted { what, row: M::ROWS[row].name, residual, distance, limit })
+        (!is_permitted).then_some(Drifted {
+            what: level.name(),
+            row: M::ROWS[row].name,
+            residual,
+            distance,
+            limit,
+        })
     };
     active_rows::<M>(state.active_set(), false).find_map(|row| {
         let position = (row < M::Residual::LEN).then(|| position[row]);
         position
-            .and_then(|position| drifted("positions", row, position, state.q()))
-            .or_else(|| drifted("velocities", row, velocity[row], state.u()))
+            .and_then(|position| drifted(ConstraintLevel::Positions, row, position, state.q()))
+            .or_else(|| drifted(ConstraintLevel::Velocities, row, velocity[row], state.u()))
     })
 }
 

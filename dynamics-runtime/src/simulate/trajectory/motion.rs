@@ -359,7 +359,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
 
     pub(crate) fn step(&self, index: usize) -> Step<M::Vector> {
         let [from, to] = [0, 1].map(|i| &self.trajectory.records[index + i]);
-        Step { start: from.knot(), end: to.knot(), h: from.h, kept: from.kept }
+        Step { start: from.knot(), end: to.knot(), h: from.h, flags: from.flags }
     }
 
     /// The interpolant of the step of a record. `replay`: the state of the method after the step before, if

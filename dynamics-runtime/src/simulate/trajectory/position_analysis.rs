@@ -36,7 +36,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
             state,
             accelerations,
             h: step(i),
-            kept: StepFlags::default(),
+            flags: StepFlags::default(),
             mean_sensitivity: None,
             correction_time: 0.0,
         };

@@ -21,7 +21,7 @@ pub(crate) struct Record<M: Model> {
     /// Size of the step from here to the next record; 0 where none leaves: at a reset and at the end.
     pub(crate) h: f64,
     /// How that step was projected and on which branches, so that it can be made again.
-    pub(crate) kept: StepFlags,
+    pub(crate) flags: StepFlags,
     /// Mean sensitivity of the projections before this step. It determines which states of the step were
     /// projected, and are projected when it is made again.
     pub(crate) mean_sensitivity: Option<f64>,
@@ -46,7 +46,7 @@ impl<M: Model> Record<M> {
             state,
             accelerations: knot.a,
             h: 0.0,
-            kept: StepFlags::default(),
+            flags: StepFlags::default(),
             mean_sensitivity: None,
             correction_time: 0.0,
         }
@@ -61,7 +61,7 @@ impl<M: Model> Record<M> {
     ) -> Self {
         Self {
             h: step.h,
-            kept: step.kept,
+            flags: step.flags,
             mean_sensitivity,
             correction_time,
             ..Self::new(&step.start, held, active_set)
@@ -76,7 +76,7 @@ impl<M: Model> Record<M> {
             state: start,
             accelerations: unknown,
             h: 0.0,
-            kept: StepFlags::default(),
+            flags: StepFlags::default(),
             mean_sensitivity: None,
             correction_time: 0.0,
         }

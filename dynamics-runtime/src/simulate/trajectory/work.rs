@@ -184,7 +184,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
             // methods. Taylor series have higher orders and longer steps.
             let long = erased_method.needs_series();
             sampler.meter_by_quadrature(index, if long { QUADRATURE_PARTS } else { 1 }, work)
-        } else if self.step(index).kept.between {
+        } else if self.step(index).flags.between {
             // Its stages are off the constraints, and so are their reactions. Interpolated states are
             // projected.
             sampler.meter_by_quadrature(index, QUADRATURE_PARTS, work)
@@ -203,8 +203,8 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     ) -> bool {
         let mut step = self.step(index);
         let (mut rhs, tolerances) = (self.rhs(index), &self.trajectory.tolerances);
-        rhs.project_stages(step.kept.stages, tolerances);
-        if rhs.hold_branches(&mut step.start, step.h, step.kept.branches).is_err() {
+        rhs.project_stages(step.flags.stages, tolerances);
+        if rhs.hold_branches(&mut step.start, step.h, step.flags.branches).is_err() {
             return false;
         }
         if rhs.begin_attempt(&mut step.start, step.h).is_err() {

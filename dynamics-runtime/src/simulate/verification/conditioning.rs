@@ -37,7 +37,7 @@ pub struct Conditioning {
 
 /// Singular positions are searched only in models of up to so many coordinates: the condition number of the
 /// constraints takes 30 n³ operations at every quarter of a step.
-const MOST_COORDINATES: usize = 32;
+const MAX_COORDINATES: usize = 32;
 /// The condition number of M is computed so many times for each evaluation of the accelerations in the run,
 /// divided by the square n² of the number of coordinates. One takes as long as n²/8 evaluations, measured
 /// on a chain of 45 masses, whose accelerations take time in proportion to n. So all together take as long as
@@ -83,7 +83,7 @@ impl<M: SimulationModel> Motion<'_, M> {
     /// Whether singular positions are searched: only with constraints and up to 32 coordinates, because it
     /// would cost more than the run.
     pub(crate) fn checks_singular_positions(&self) -> bool {
-        M::IS_CONSTRAINED && M::COORDINATES.len() <= MOST_COORDINATES && self.is_repeatable()
+        M::IS_CONSTRAINED && M::COORDINATES.len() <= MAX_COORDINATES && self.is_repeatable()
     }
 
     /// Times and conditioning of the constraints at the quarters of the step that leaves a record.

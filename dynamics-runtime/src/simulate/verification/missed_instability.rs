@@ -29,7 +29,7 @@ use crate::wording::Rounded;
 /// The longest steps are examined, so many of them.
 const STEPS_EXAMINED: usize = 12;
 /// Largest model that is examined. In larger ones the check costs more than the run.
-const MOST_COORDINATES: usize = 100;
+const MAX_COORDINATES: usize = 100;
 /// Numbers of implicit substeps within a step: z up to their number is resolved. More are tried only while
 /// n² times their number is at most [`MAX_OPERATIONS`].
 const SUBSTEPS: [usize; 3] = [64, 1024, 16_384];
@@ -94,7 +94,7 @@ impl MissedInstability {
 impl<M: SimulationModel> Motion<'_, M> {
     /// Whether instability is searched: not in large models.
     pub(crate) fn affords_instability_check(&self) -> bool {
-        M::Vector::LEN <= MOST_COORDINATES
+        M::Vector::LEN <= MAX_COORDINATES
     }
 
     /// Instability that the longest steps pass over.
@@ -180,7 +180,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         let h = step.h / SUBSTEPS[0] as f64;
         for _ in 0..SUBSTEPS[0] {
             for (at, step_replay) in ends.iter_mut().zip(&mut replays) {
-                let part = Step { start: *at, end: *at, h, kept: step.kept };
+                let part = Step { start: *at, end: *at, h, flags: step.flags };
                 let (y, _) = step_replay.end_of(&mut rhs, &part, tolerances)?;
                 *at = StepNode { t: at.t + h, y, a: rhs.accelerations(at.t + h, &y.q, &y.u).ok()? };
             }

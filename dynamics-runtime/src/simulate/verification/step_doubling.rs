@@ -95,7 +95,7 @@ impl<M: SimulationModel> Motion<'_, M> {
             (None, HalvedRun { step_replay, memory: Vec::new(), steps_left, given_up: None });
         for index in part.filter(|index| index + 1 < records.len()) {
             let [here, there] = [0, 1].map(|i| records[index + i].knot());
-            if records[index].kept.branches {
+            if records[index].flags.branches {
                 // Those of the step before are not its own.
                 a = None;
             }
@@ -158,9 +158,9 @@ impl<M: SimulationModel> Motion<'_, M> {
         let HalvedRun { step_replay, memory, .. } = halved;
         let mut rhs = self.rhs_in(index, core::mem::take(memory));
         let record = &self.trajectory.records[index];
-        let kept = StepFlags { stages: record.kept.stages, ..StepFlags::default() };
+        let flags = StepFlags { stages: record.flags.stages, ..StepFlags::default() };
         let mut make = || {
-            if record.kept.branches {
+            if record.flags.branches {
                 rhs.hold_branches(&mut record.knot(), record.h, true).ok()?;
             }
             let a = match a {
@@ -168,7 +168,7 @@ impl<M: SimulationModel> Motion<'_, M> {
                 None => rhs.accelerations(t, &y.q, &y.u).ok()?,
             };
             let start = StepNode { t, y, a };
-            let mut step = Step { start, end: start, h: end_t - t, kept };
+            let mut step = Step { start, end: start, h: end_t - t, flags };
             let (y, error) = step_replay.end_on_branches(&mut rhs, &step, &self.trajectory.tolerances)?;
             if error > 1.0 {
                 return None;

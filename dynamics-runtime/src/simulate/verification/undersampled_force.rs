@@ -98,7 +98,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         };
         let (mut at, h) = (step.start, step.h / parts as f64);
         for _ in 0..parts {
-            let part = Step { start: at, end: at, h, kept: step.kept };
+            let part = Step { start: at, end: at, h, flags: step.flags };
             let made = step_replay.end_of(&mut rhs, &part, tolerances);
             let made = made.and_then(|(y, _)| Some((y, rhs.accelerations(at.t + h, &y.q, &y.u).ok()?)));
             // A step that cannot be made in parts does not refute the finding.
@@ -110,10 +110,10 @@ impl<M: SimulationModel> Motion<'_, M> {
 
     /// The force that the step of a record has missed; `None` where it cannot be evaluated.
     fn missed_impulse(&self, index: usize, parts: [usize; 2], stiff: bool) -> Option<UndersampledForce> {
-        let Step { mut start, mut end, h, kept } = self.step(index);
+        let Step { mut start, mut end, h, flags } = self.step(index);
         let mut rhs = self.rhs(index);
-        rhs.hold_branches(&mut start, h, kept.branches).ok()?;
-        if kept.branches {
+        rhs.hold_branches(&mut start, h, flags.branches).ok()?;
+        if flags.branches {
             // The step that follows may have found others there.
             end.a = rhs.accelerations(end.t, &end.y.q, &end.y.u).ok()?;
         }

@@ -135,11 +135,11 @@ mod tests {
         let (start, end) = (knot(0.0, 0.0), knot(0.1, off));
         let found =
             Radau5::<V>::new().dense_from_ends(&mut oscillator, &start, &end, 0.1, &Tolerances::both(1e-6));
-        let told = found.expect("it is defined").is_some_and(|found| {
+        let is_accurate = found.expect("it is defined").is_some_and(|found| {
             let RadauInterpolant::Quintic(quintic) = found else { panic!("the ends tell no stages") };
             (quintic.at(0.4).q[0] - 0.04f64.cos()).abs() < 1e-9
         });
-        (evaluations, told)
+        (evaluations, is_accurate)
     }
 
     #[test]

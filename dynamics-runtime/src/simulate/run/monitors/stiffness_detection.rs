@@ -214,7 +214,7 @@ impl<M: SimulationModel> StiffnessDetection<M> {
             listener: None,
             stabilization,
         };
-        let step = Step { start: now, end: now, h, kept: StepFlags::default() };
+        let step = Step { start: now, end: now, h, flags: StepFlags::default() };
         // Trials lie far apart: each begins as if it were the first.
         step_replay.forget();
         let end = step_replay.end_of(&mut rhs, &step, &run.plan.options.tolerances);
