@@ -136,8 +136,7 @@ fn measure_lengths(rows: &[f64], n: usize, lengths: &mut [f64]) {
 /// Sets vanished rows to zero. `usual_lengths`: the lengths at the nearby state, which are converted to usual
 /// lengths.
 fn clear_vanished_rows(rows: &mut [f64], n: usize, lengths_here: &[f64], usual_lengths: &mut [f64]) {
-    for ((row, length_here), usual_length) in rows.chunks_exact_mut(n).zip(lengths_here).zip(usual_lengths)
-    {
+    for ((row, length_here), usual_length) in rows.chunks_exact_mut(n).zip(lengths_here).zip(usual_lengths) {
         // Near the place where a row vanishes it grows with the distance.
         *usual_length /= NEARBY_DISTANCE;
         if length_here.is_finite() && *length_here <= VANISHED_LENGTH_RATIO * *usual_length {

@@ -126,7 +126,11 @@ pub fn project_positions<M: Constraints>(
         let before = largest;
         right = position_right_hand_side(model, state)?;
         largest = self::largest(&right);
-        if !change.is_finite() || (projection.iterations > 1 && largest > DIVERGENCE_GROWTH * before && change > DIVERGING_CHANGE) {
+        if !change.is_finite()
+            || (projection.iterations > 1
+                && largest > DIVERGENCE_GROWTH * before
+                && change > DIVERGING_CHANGE)
+        {
             return Err(off_constraint(model, state, ConstraintLevel::Positions, workspace));
         }
         halvings += u32::from(ABOUT_A_QUARTER.contains(&(largest / before)));

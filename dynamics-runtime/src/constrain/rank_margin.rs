@@ -56,7 +56,11 @@ pub(crate) fn rank_margin_against<M: Constraints>(
 
 fn margin_of<M: Constraints>(model: &M, state: &M::State, usual: Option<&M::State>) -> RankMargin {
     let no_contributors = |of| TopContributors::ranked(of, core::iter::empty());
-    let no_margin = || RankMargin { condition: 1.0, rows: no_contributors(M::ROWS), coordinates: no_contributors(M::COORDINATES) };
+    let no_margin = || RankMargin {
+        condition: 1.0,
+        rows: no_contributors(M::ROWS),
+        coordinates: no_contributors(M::COORDINATES),
+    };
     if M::IS_UNCONSTRAINED {
         return no_margin();
     }

@@ -362,7 +362,7 @@ pub(crate) fn scale_coordinates(mass: &[f64], jacobian: &[f64], scale: &mut [f64
             scale[j] = if others > 0.0 { others / own } else { 1.0 / own };
         } else if scale[j] * own > MAX_LIGHT_DOMINANCE * others
             && scale[j] * own < MIN_MASSLESS_DOMINANCE * others
-         {
+        {
             scale[j] = MAX_LIGHT_DOMINANCE * others / own;
         }
     }

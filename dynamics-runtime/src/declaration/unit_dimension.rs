@@ -128,7 +128,9 @@ mod tests {
     #[test]
     fn inertia_has_mass_and_no_time() {
         let is_inertia = |unit: &str| UnitDimension::parse(unit).is_some_and(UnitDimension::is_inertia);
-        for unit in ["kg", "slug", "kg*m", "kg*m^2", "slug*ft^2", "lb*s^2/ft", "N*s^2/m", "m^2*kg", "kg/m", "kg/m^3"] {
+        for unit in
+            ["kg", "slug", "kg*m", "kg*m^2", "slug*ft^2", "lb*s^2/ft", "N*s^2/m", "m^2*kg", "kg/m", "kg/m^3"]
+        {
             assert!(is_inertia(unit), "{unit}");
         }
         for unit in ["kg/s", "kg/s^2", "lb", "lbf", "m", "1", "", "kg^2"] {

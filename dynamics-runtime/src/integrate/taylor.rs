@@ -234,8 +234,7 @@ impl<V: Vector> Taylor<V> {
             self.series.scale *= 1.0 / 16384.0;
         }
         self.reach = self.reach(tolerances);
-        let is_long =
-            self.reach * self.series.scale.abs() >= MIN_STEP_PART * scale.abs().max(start.t.abs());
+        let is_long = self.reach * self.series.scale.abs() >= MIN_STEP_PART * scale.abs().max(start.t.abs());
         if !is_long || !self.series.row(order).is_finite() {
             self.shorten(start, scale);
         }

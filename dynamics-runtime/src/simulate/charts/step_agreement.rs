@@ -106,9 +106,8 @@ impl<M: Simulate + Clone> StepComparison<'_, '_, M> {
                 reference.re_express(&mut there, turned[0], turned[1]).ok()?;
             }
         }
-        let far = |state: &M::State| {
-            self.switching.references.iter().all(|at| at.distance(state) > MIN_LOCK_ANGLE)
-        };
+        let far =
+            |state: &M::State| self.switching.references.iter().all(|at| at.distance(state) > MIN_LOCK_ANGLE);
         (far(&here) && far(&there)).then_some([here, there])
     }
 

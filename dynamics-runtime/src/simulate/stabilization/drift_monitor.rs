@@ -18,6 +18,7 @@
 use crate::constrain::Gradients;
 use crate::constrain::active_set::active_rows;
 use crate::constrain::assemble::{least_size, size_along, weigh};
+use crate::constrain::project::ConstraintLevel;
 use crate::error::SolveError;
 use crate::linalg::{max_abs, norm};
 use crate::math;
@@ -267,7 +268,13 @@ fn find_drifted<M: Constraints>(
         let limit = limit * size_along(model, values.as_slice(), distances.gradients.row(row));
         // Negated, so that a distance or a limit that is not a number is reported.
         let is_permitted = distance <= limit;
-        (!is_permitted).then_some(Drifted { what: level.name(), row: M::ROWS[row].name, residual, distance, limit })
+        (!is_permitted).then_some(Drifted {
+            what: level.name(),
+            row: M::ROWS[row].name,
+            residual,
+            distance,
+            limit,
+        })
     };
     active_rows::<M>(state.active_set(), false).find_map(|row| {
         let position = (row < M::Residual::LEN).then(|| position[row]);
