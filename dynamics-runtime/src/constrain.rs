@@ -25,7 +25,7 @@ pub(crate) mod inertia;
 #[cfg(feature = "alloc")]
 pub(crate) mod mechanism;
 pub(crate) mod nearby;
-mod project;
+pub(crate) mod project;
 mod speeds;
 pub(crate) mod system;
 mod unconstrained;

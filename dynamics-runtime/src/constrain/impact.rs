@@ -11,6 +11,7 @@
 
 use super::correct::{ConstraintCorrection, CorrectionOf, correct_rows};
 use super::{FactoredEquations, Gradients, holds, system_names};
+use crate::constrain::project::ConstraintLevel;
 use crate::error::SolveError;
 use crate::linalg::{add, add_scaled, dot, max_abs};
 use crate::model::{ActiveSet, Constraint, ConstraintKind, Constraints, ModelState, Vector};

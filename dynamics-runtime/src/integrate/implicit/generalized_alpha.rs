@@ -39,7 +39,7 @@ use crate::model::Vector;
 
 /// Most Newton iterations of a step.
 const MAX_NEWTON_STEPS: u32 = 15;
-/// Corrections that are so many times the smallest one so far diverge. The first corrections may grow by
+/// Corrections that are so many times the smallest of the earlier ones diverge. The first ones may grow by
 /// less.
 const DIVERGENCE_GROWTH: f64 = 1e3;
 /// Rate of convergence up to which the matrix is kept for the next step. A larger value costs iterations, a

@@ -18,6 +18,7 @@
 use crate::constrain::Gradients;
 use crate::constrain::active_set::active_rows;
 use crate::constrain::assemble::{least_size, size_along, weigh};
+use crate::constrain::project::ConstraintLevel;
 use crate::error::SolveError;
 use crate::linalg::{max_abs, norm};
 use crate::math;
