@@ -6,10 +6,11 @@
 //! # What is lost
 //!
 //! Other solvers have no events, resets and switched constraints: inputs are held or follow a law, and the
-//! active set are those of the start. For models with constraints they integrate the augmented formulation (Φ̈ = 0
-//! in every evaluation). Nothing keeps Φ and Φ̇ at zero: errors of the solver make them *drift*, positions in
-//! proportion to t², however accurate each step is. [`FirstOrder::state`] gives states whose `residual`
-//! measures the drift. To stay on the constraints, use [`crate::simulate::Simulate::simulate`], which projects.
+//! active set are those of the start. For models with constraints they integrate the augmented formulation
+//! (Φ̈ = 0 in every evaluation). Nothing keeps Φ and Φ̇ at zero: errors of the solver make them *drift*,
+//! positions in proportion to t², however accurate each step is. [`FirstOrder::state`] gives states whose
+//! `residual` measures the drift. To stay on the constraints, use [`crate::simulate::Simulate::simulate`],
+//! which projects.
 //!
 //! # Where a model fails
 //!

@@ -103,8 +103,8 @@ pub enum SolveError {
         /// The row of the first of them.
         row: &'static str,
     },
-    /// A moving constraint presses bodies against constraints and contacts that do not give way: no velocities
-    /// keep all contacts apart.
+    /// A moving constraint presses bodies against constraints and contacts that do not give way: no
+    /// velocities keep all contacts apart.
     #[error(
         "`{row}` is driven against constraints and contacts that do not give way: no velocities keep all of \
          them apart, and what lies between is squeezed; let what moves stop before, release what it presses \

@@ -1,8 +1,8 @@
 //! Integrators for q̈ = a(t, q, u), u = q̇: one method per file. Steps do not allocate.
 //!
-//! A [`Stepper`] drives a [`Scheme`] (the method) over a [`System`] (the equations). It chooses the step size,
-//! repeats rejected steps, tests for stiffness and gives the dense output of accepted steps. It needs neither
-//! `alloc` nor `std`.
+//! A [`Stepper`] drives a [`Scheme`] (the method) over a [`System`] (the equations). It chooses the step
+//! size, repeats rejected steps, tests for stiffness and gives the dense output of accepted steps. It needs
+//! neither `alloc` nor `std`.
 //!
 //! # Files, in the order of a step
 //!

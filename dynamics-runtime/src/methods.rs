@@ -1,7 +1,7 @@
 //! The methods that [`Simulation::method`](crate::simulate::Simulation::method) takes, with their options.
 //!
-//! Each is a type, so that a program contains only the code of the methods that it names and of those that are
-//! chosen automatically. The headers of [`crate::integrate`] have their formulas, orders and sources.
+//! Each is a type, so that a program contains only the code of the methods that it names and of those that
+//! are chosen automatically. The headers of [`crate::integrate`] have their formulas, orders and sources.
 //!
 //! ```
 //! # use dynamics_runtime as dynamics;

@@ -1,7 +1,7 @@
 //! The traits of a model: names, sizes and evaluations, one trait per capability.
 //!
-//! The code that `#[dynamics]` emits implements them. A hand-written implementation is as good; tests use such
-//! to check the runtime without the macros.
+//! The code that `#[dynamics]` emits implements them. A hand-written implementation is as good; tests use
+//! such to check the runtime without the macros.
 
 mod active_set;
 mod check;
@@ -62,7 +62,8 @@ pub trait ModelState: Copy + PartialEq + Debug + Send + Sync + 'static {
     /// Which switched constraints hold, to be changed. Switching changes no velocity: where a constraint
     /// engages in motion, that is an impact.
     fn active_set_mut(&mut self) -> &mut ActiveSet;
-    /// Holds branches of the model's choices independently of the values, for a step that ends where they change.
+    /// Holds branches of the model's choices independently of the values, for a step that ends where they
+    /// change.
     fn hold(&mut self, _branches: Branches) {}
 }
 
@@ -142,9 +143,9 @@ pub trait Dynamics: Model {
     /// Sets of three angles among the coordinates, which may have gimbal lock.
     const ANGLE_SETS: &'static [AngleSet] = &[];
 
-    /// The value of the scalar parameter with this index in [`Dynamics::PARAMETERS`]; `None` where there is none,
-    /// or where the model does not implement this. Starts and runs report a parameter that is not finite by its
-    /// name.
+    /// The value of the scalar parameter with this index in [`Dynamics::PARAMETERS`]; `None` where there is
+    /// none, or where the model does not implement this. Starts and runs report a parameter that is not
+    /// finite by its name.
     fn parameter(&self, _index: usize) -> Option<f64> {
         None
     }
@@ -156,13 +157,13 @@ pub trait Dynamics: Model {
         constants: &Self::Constants,
         state: &Self::State,
     ) -> Result<Self::Vector, SolveError>;
-    /// Whether [`Dynamics::accelerations_in_lanes`] is implemented: for straight-line code without choices that
-    /// is not too long.
+    /// Whether [`Dynamics::accelerations_in_lanes`] is implemented: for straight-line code without choices
+    /// that is not too long.
     const HAS_LANES: bool = false;
-    /// Writes q̈ of four states (q, u) side by side at the times t, with the inputs and active set of `state`,
-    /// each with the same bits as [`Dynamics::accelerations_with`] has them. Returns false,
-    /// and the written values are invalid, where that code does not apply to all four states, or there is none:
-    /// the caller then evaluates each state alone.
+    /// Writes q̈ of four states (q, u) side by side at the times t, with the inputs and active set of
+    /// `state`, each with the same bits as [`Dynamics::accelerations_with`] has them. Returns false, and the
+    /// written values are invalid, where that code does not apply to all four states, or there is none: the
+    /// caller then evaluates each state alone.
     #[inline]
     fn accelerations_in_lanes(
         &self,
@@ -178,8 +179,8 @@ pub trait Dynamics: Model {
     fn accelerations(&self, state: &Self::State) -> Result<Self::Vector, SolveError> {
         self.accelerations_with(&self.constants()?, state)
     }
-    /// ∂q̈/∂q and ∂q̈/∂q̇ at a state, N×N by rows, for constant inputs and with the active constraints; `false`
-    /// where no code for them was generated or they do not exist: callers then take differences.
+    /// ∂q̈/∂q and ∂q̈/∂q̇ at a state, N×N by rows, for constant inputs and with the active constraints;
+    /// `false` where no code for them was generated or they do not exist: callers then take differences.
     #[inline]
     fn acceleration_derivatives(&self, _state: &Self::State, _by_q: &mut [f64], _by_u: &mut [f64]) -> bool {
         false
@@ -208,8 +209,8 @@ pub trait Dynamics: Model {
 
     /// Assumptions about bodies and frames that depend on values, so that the macro cannot check them.
     const ASSUMPTIONS: &'static [Assumption] = &[];
-    /// Calls `visit` with the values of each assumption in order, at a state. Those that depend on parameters alone
-    /// do not use the state.
+    /// Calls `visit` with the values of each assumption in order, at a state. Those that depend on parameters
+    /// alone do not use the state.
     fn assumptions(&self, _state: &Self::State, _visit: &mut dyn FnMut(&[f64])) {}
 
     /// How many kinks [`Dynamics::kinks`] writes, at most [`MAX_KINKS`].
@@ -225,8 +226,8 @@ pub trait Dynamics: Model {
     const SERIES: Expansion = Expansion::None { reason: "its equations were written by hand" };
     /// The memory of series, `()` where there are none; it belongs to one model and its constants.
     type Series: Default;
-    /// q̈ at a state, as [`Dynamics::accelerations_with`] has it, and in `memory` the other values from which a
-    /// series through this state starts.
+    /// q̈ at a state, as [`Dynamics::accelerations_with`] has it, and in `memory` the other values from which
+    /// a series through this state starts.
     #[inline]
     fn begin_series(
         &self,
@@ -236,10 +237,11 @@ pub trait Dynamics: Model {
     ) -> Result<Self::Vector, SolveError> {
         self.accelerations_with(constants, state)
     }
-    /// Taylor coefficients of the motion through a state with these accelerations, inputs and active set held:
-    /// x(t + s·scale) = Σ xₖ sᵏ. Rows k of q and u get the coefficients k; as many orders as there are rows,
-    /// at most [`MAX_SERIES_ORDER`]. Called only where [`Dynamics::SERIES`] is [`Expansion::Generated`].
-    /// Returns false where no series exists at this state, since constraints depend on each other.
+    /// Taylor coefficients of the motion through a state with these accelerations, inputs and active set
+    /// held: x(t + s·scale) = Σ xₖ sᵏ. Rows k of q and u get the coefficients k; as many orders as there are
+    /// rows, at most [`MAX_SERIES_ORDER`]. Called only where [`Dynamics::SERIES`] is
+    /// [`Expansion::Generated`]. Returns false where no series exists at this state, since constraints depend
+    /// on each other.
     fn series(
         &self,
         _constants: &Self::Constants,
@@ -313,8 +315,8 @@ impl<M: Model> Debug for StateJacobian<M> {
     }
 }
 
-/// Parameters that can be changed, and the derivatives of the accelerations by them: for sweeps, sensitivities
-/// and fits. Every derived model implements it.
+/// Parameters that can be changed, and the derivatives of the accelerations by them: for sweeps,
+/// sensitivities and fits. Every derived model implements it.
 ///
 /// ```
 /// # use dynamics_runtime as dynamics;
@@ -345,8 +347,8 @@ pub trait Parameters: Dynamics {
         changed.set_parameter(index, value).then_some(changed)
     }
 
-    /// ∂q̈/∂parameters at a state, N×P by rows, with the active constraints; `false` where no code for them was
-    /// generated or they do not exist: callers then take differences of the equations.
+    /// ∂q̈/∂parameters at a state, N×P by rows, with the active constraints; `false` where no code for them
+    /// was generated or they do not exist: callers then take differences of the equations.
     #[inline]
     fn acceleration_by_parameters(&self, _state: &Self::State, _values: &mut [f64]) -> bool {
         false
@@ -382,14 +384,14 @@ pub trait Events: Dynamics {
     fn events(&self, state: &Self::State, values: &mut [f64]) -> Result<(), SolveError>;
 }
 
-/// All traits that a simulation needs: powers, outputs, events and constraints. Every derived model implements
-/// them.
+/// All traits that a simulation needs: powers, outputs, events and constraints. Every derived model
+/// implements them.
 pub trait SimulationModel: Powers + Outputs + Events + Constraints {}
 
 impl<M: Powers + Outputs + Events + Constraints> SimulationModel for M {}
 
-/// The drawing of a model in animations: by its `#[drawing]` function, or, without one, by the points that its
-/// helper functions return.
+/// The drawing of a model in animations: by its `#[drawing]` function, or, without one, by the points that
+/// its helper functions return.
 #[cfg(feature = "alloc")]
 pub trait Draw: Model {
     /// The picture at one instant.

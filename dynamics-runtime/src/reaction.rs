@@ -2,7 +2,8 @@
 //! `q.slip(Self::stick)`.
 //!
 //! A constraint is identified by its function. Every function has its own type, whose [`TypeId`] finds the
-//! constraint ([`Constraints::constraint_of`]). The return type of the function gives the shape of the reaction.
+//! constraint ([`Constraints::constraint_of`]). The return type of the function gives the shape of the
+//! reaction.
 
 use core::any::TypeId;
 
@@ -49,8 +50,8 @@ impl<T: Reaction, const N: usize> Reaction for [T; N] {
     }
 }
 
-/// Multipliers and active set at one instant, which a model's coordinates contain besides their jets. `R`: one number
-/// per row.
+/// Multipliers and active set at one instant, which a model's coordinates contain besides their jets. `R`:
+/// one number per row.
 #[derive(Clone, Copy, Debug)]
 pub struct Reactions<R> {
     multipliers: R,

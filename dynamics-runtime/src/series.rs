@@ -124,8 +124,8 @@ pub fn expand<const N: usize, const B: usize>(
     mut next: impl FnMut(f64, &[f64; N], &[f64; N], &[f64; 2], &[[f64; WIDTH]; B]) -> Coefficients<N, B>,
 ) {
     let order = (q.len().min(u.len()) - 1).min(MAX_ORDER);
-    // Coefficients of order k are kept as values: rows that have just been stored element by element cannot be
-    // loaded as vectors for some cycles.
+    // Coefficients of order k are kept as values: rows that have just been stored element by element cannot
+    // be loaded as vectors for some cycles.
     let (mut of_q, mut of_u) = (q[0].data.0[0], u[0].data.0[0]);
     let mut advance = |of_q: &mut [f64; N], of_u: &mut [f64; N], k: usize, a: &[f64; N]| {
         let factor = scale * RECIPROCAL[k + 1];
@@ -149,9 +149,9 @@ pub fn expand<const N: usize, const B: usize>(
 
 /// Cauchy sums of all lanes, order by order.
 ///
-/// Rows that have just been stored element by element cannot be loaded as vectors for some cycles. So the terms
-/// of order k + 1 are summed while order k is computed: those of rows before the last from memory, those of
-/// the last row (k − 1) from `last`. Terms with row k are added when it is computed.
+/// Rows that have just been stored element by element cannot be loaded as vectors for some cycles. So the
+/// terms of order k + 1 are summed while order k is computed: those of rows before the last from memory,
+/// those of the last row (k − 1) from `last`. Terms with row k are added when it is computed.
 struct CauchySums<'m, const B: usize> {
     rows: &'m mut Rows<B>,
     known: Row<B>,
@@ -235,8 +235,8 @@ fn cauchy<const B: usize>(left: &[Row<B>], right: &[Row<B>]) -> Row<B> {
     sums
 }
 
-/// [`cauchy`] of W blocks from block `first` on, even and odd terms separately: an addition has to wait for the
-/// one before it.
+/// [`cauchy`] of W blocks from block `first` on, even and odd terms separately: an addition has to wait for
+/// the one before it.
 #[inline(always)]
 fn blocks<const B: usize, const W: usize>(left: &[Row<B>], right: &[Row<B>], first: usize) -> [f64x4; W] {
     let (mut even, mut odd) = ([f64x4::ZERO; W], [f64x4::ZERO; W]);

@@ -2,8 +2,8 @@
 
 use core::fmt;
 
-/// Absolute values that are written without a power of ten: with at most seven digits before the point, or four
-/// zeros behind it.
+/// Absolute values that are written without a power of ten: with at most seven digits before the point, or
+/// four zeros behind it.
 const RANGE_WITHOUT_EXPONENT: core::ops::Range<f64> = 1e-4..1e7;
 
 fn needs_no_exponent(x: f64) -> bool {

@@ -8,9 +8,9 @@
 //! With constraints, a is the constrained acceleration. Tangent vectors start in the tangent space and stay
 //! there to the tolerance. After every step the motion is projected back. Volumes: q̈ = a(q, q̇, t) has the
 //! divergence tr a_u (Liouville); the constrained directions obey Φ̈ = 0, which has none. By Verner's pair of
-//! order 9(8) (`integrate/explicit/verner9.rs`), with the tangent vectors under error control, so that they are
-//! as accurate as the motion. If a branch of the model changes, the step ends, and a jump of the acceleration
-//! transforms the tangent vectors (`corners.rs`, `flow/corner_passage.rs`).
+//! order 9(8) (`integrate/explicit/verner9.rs`), with the tangent vectors under error control, so that they
+//! are as accurate as the motion. If a branch of the model changes, the step ends, and a jump of the
+//! acceleration transforms the tangent vectors (`corners.rs`, `flow/corner_passage.rs`).
 
 mod corner_passage;
 

@@ -2,8 +2,8 @@
 //! can have, matrices that rotate or mirror.
 //!
 //! Assumptions about numbers are checked here, at nominal values too. Those that hold for all values
-//! (rotations by angles, Euler parameters with a norm constraint, inertia of solids) are not checked again. The rest is
-//! emitted for the runtime, which checks them at starts and names the values that they contain.
+//! (rotations by angles, Euler parameters with a norm constraint, inertia of solids) are not checked again.
+//! The rest is emitted for the runtime, which checks them at starts and names the values that they contain.
 
 use std::collections::BTreeSet;
 use std::rc::Rc;

@@ -1,7 +1,7 @@
 //! The active set: which constraints, and which of their rows, hold at a state.
 //!
-//! Constraints that are declared `(switched)` hold or are released according to the active set of the state. All
-//! others always hold.
+//! Constraints that are declared `(switched)` hold or are released according to the active set of the state.
+//! All others always hold.
 
 use core::ops::Range;
 

@@ -45,8 +45,8 @@ const MAX_SIMPLIFIED_STEPS: u32 = 100;
 /// larger one would accept a drift that users see.
 const ADMISSIBLE_DISTANCE: f64 = 1e-9;
 /// So many steps in which Φ falls to about a quarter, that is, in which the distance is halved, show a double
-/// root. A smaller value would take slow starts of Newton's method for double roots, a larger one would report
-/// more of these as constraints that cannot be fulfilled.
+/// root. A smaller value would take slow starts of Newton's method for double roots, a larger one would
+/// report more of these as constraints that cannot be fulfilled.
 const DOUBLE_ROOT_HALVINGS: u32 = 8;
 /// Ratios of Φ after a step to Φ before it that count as a quarter.
 const ABOUT_A_QUARTER: Range<f64> = 0.2..0.3;
@@ -109,7 +109,8 @@ pub fn project_positions<M: Constraints>(
     let start = *state.q();
     let mut right = position_right_hand_side(model, state)?;
     let mut largest = largest(&right);
-    // Steps in which Φ fell to about a quarter: on a double root Newton's method halves the distance every time.
+    // Steps in which Φ fell to about a quarter: on a double root Newton's method halves the distance every
+    // time.
     let mut halvings = 0;
     while largest > 0.0 {
         if projection.iterations == MAX_NEWTON_STEPS {

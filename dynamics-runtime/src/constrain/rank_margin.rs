@@ -153,8 +153,8 @@ struct GradientSvd {
     a: Vec<f64>,
     v: Vec<f64>,
     sigma: Vec<f64>,
-    /// 1, the length of a usual row, where rows are scaled by usual lengths; otherwise 0. The largest singular
-    /// value counts as no smaller.
+    /// 1, the length of a usual row, where rows are scaled by usual lengths; otherwise 0. The largest
+    /// singular value counts as no smaller.
     scale: f64,
 }
 

@@ -37,9 +37,9 @@ use crate::model::Quantity;
 #[doc(hidden)]
 pub const RANK_TOLERANCE: f64 = 1e-8;
 
-/// A coordinate with little inertia that outweighs the other coordinates of its rows by more than this factor,
-/// and by less than [`MIN_MASSLESS_DOMINANCE`], is scaled down to this factor. With a larger one the entries
-/// of the others lose more digits: 10³ leaves them thirteen of sixteen.
+/// A coordinate with little inertia that outweighs the other coordinates of its rows by more than this
+/// factor, and by less than [`MIN_MASSLESS_DOMINANCE`], is scaled down to this factor. With a larger one the
+/// entries of the others lose more digits: 10³ leaves them thirteen of sixteen.
 const MAX_LIGHT_DOMINANCE: f64 = 1e3;
 
 /// A coordinate that outweighs the others by this factor or more keeps its scale by inertia. A smaller value

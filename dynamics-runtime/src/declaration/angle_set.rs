@@ -8,11 +8,11 @@ use crate::math::abs;
 /// Three coordinates that rotate a body one after another, each about an axis of the frame that the rotations
 /// before it left: a 3-1-3 set, for example.
 ///
-/// Gimbal lock: where the first and the last axis coincide, the first and the last angle rotate about the same
-/// axis, and the three do not determine the orientation. Near it the rates of the angles grow without bounds,
-/// and M is singular there unless each angle has inertia of its own. Sets with equal first and last axis
-/// (Euler) lock where the middle angle is 0, ±π, ..; the others (Tait–Bryan) at ±π/2, ..
-/// Source: J. Stuelpnagel, SIAM Review 6 (1964) 422.
+/// Gimbal lock: where the first and the last axis coincide, the first and the last angle rotate about the
+/// same axis, and the three do not determine the orientation. Near it the rates of the angles grow without
+/// bounds, and M is singular there unless each angle has inertia of its own. Sets with equal first and last
+/// axis (Euler) lock where the middle angle is 0, ±π, ..; the others (Tait–Bryan) at ±π/2, .. Source: J.
+/// Stuelpnagel, SIAM Review 6 (1964) 422.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AngleSet {
     /// Indices of the coordinates, in the order of the turns.

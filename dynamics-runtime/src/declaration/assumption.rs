@@ -59,8 +59,8 @@ pub enum AssumptionViolation {
 const PARAMETER_DEFECT: f64 = 1e-9;
 /// Largest defect of a rotation that depends on the state: starts fulfil their constraints to seven digits.
 const STATE_DEFECT: f64 = 1e-5;
-/// Largest angle between welded frames, in rad: starts fulfil its rows to seven digits, and the other attitude
-/// is 1.66 rad away.
+/// Largest angle between welded frames, in rad: starts fulfil its rows to seven digits, and the other
+/// attitude is 1.66 rad away.
 const WELD_ANGLE: f64 = 1e-3;
 
 impl Assumption {

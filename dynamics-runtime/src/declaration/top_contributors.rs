@@ -7,8 +7,8 @@ use super::Quantity;
 /// Receives an index and its share.
 type OnShare<'a> = &'a mut dyn FnMut(usize, f64);
 
-/// The coordinates or constraint rows with the largest shares in something, in falling order. The first six are
-/// kept, and all are counted.
+/// The coordinates or constraint rows with the largest shares in something, in falling order. The first six
+/// are kept, and all are counted.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct TopContributors {
     of: &'static [Quantity],

@@ -1,8 +1,8 @@
 //! The dimension of a unit, from its text.
 //!
-//! A model declares its units as texts, [`Quantity::unit`](super::Quantity::unit). Code that depends on a unit
-//! compares dimensions, not texts. Declared units are coherent, products of
-//! powers of the names in [`UnitDimension::NAMES`], as `kg*m^2/s` or `1/(kg*m)`.
+//! A model declares its units as texts, [`Quantity::unit`](super::Quantity::unit). Code that depends on a
+//! unit compares dimensions, not texts. Declared units are coherent, products of powers of the names in
+//! [`UnitDimension::NAMES`], as `kg*m^2/s` or `1/(kg*m)`.
 
 /// Exponents of length, mass and time. Angles are numbers. Other base units are not mechanical.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

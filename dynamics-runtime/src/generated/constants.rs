@@ -12,8 +12,8 @@ pub const fn expect_std(found: f64, expected: f64, remedy: &str) {
     expect(found.to_bits() == expected.to_bits(), remedy);
 }
 
-/// Largest relative difference of a constant from its value in the equations: sums and products are exact there
-/// and rounded at run time.
+/// Largest relative difference of a constant from its value in the equations: sums and products are exact
+/// there and rounded at run time.
 const CONSTANT_ROUNDING: f64 = 1e-12;
 
 /// A constant of the model and the number that its equations have for it.

@@ -1,9 +1,9 @@
 //! Long programs as tables: for functions of a model that are called rarely and would take long to compile.
 //!
-//! The compile time of straight-line code grows faster than its number of operations. A table costs none: it is
-//! one literal, and its interpreter is compiled once, with this crate. Operations of one kind whose operands
-//! are available stand together as runs, so that there is one branch per run, not per operation. The values are
-//! those of straight-line code: the same operations on the same operands.
+//! The compile time of straight-line code grows faster than its number of operations. A table costs none: it
+//! is one literal, and its interpreter is compiled once, with this crate. Operations of one kind whose
+//! operands are available stand together as runs, so that there is one branch per run, not per operation. The
+//! values are those of straight-line code: the same operations on the same operands.
 
 use crate::{math, sin_cos};
 

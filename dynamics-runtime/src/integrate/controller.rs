@@ -7,9 +7,9 @@
 //! ```
 //!
 //! with p the order of the error estimate. β > 0 keeps the step from oscillating where stability, not
-//! accuracy, bounds it; β < 0 extrapolates a growing error, which suits steps that are long compared with the times in
-//! which the motion changes. Source: Hairer, Nørsett, Wanner, *Solving
-//! Ordinary Differential Equations I*, §II.4; Gustafsson, ACM TOMS 17 (1991) 533.
+//! accuracy, bounds it; β < 0 extrapolates a growing error, which suits steps that are long compared with the
+//! times in which the motion changes. Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential
+//! Equations I*, §II.4; Gustafsson, ACM TOMS 17 (1991) 533.
 
 use crate::math;
 

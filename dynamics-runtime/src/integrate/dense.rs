@@ -73,8 +73,8 @@ pub struct Hermite<V> {
     rounding: V,
 }
 
-/// Whether a difference of the positions x and y is no more than their rounding: a few units in the last place,
-/// since each part of a step rounds them.
+/// Whether a difference of the positions x and y is no more than their rounding: a few units in the last
+/// place, since each part of a step rounds them.
 #[inline(always)]
 pub(super) fn is_rounding(difference: f64, x: f64, y: f64) -> bool {
     difference.abs() <= 2.0 * f64::EPSILON * x.abs().max(y.abs())

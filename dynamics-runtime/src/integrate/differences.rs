@@ -5,11 +5,11 @@ use crate::linalg::max_abs;
 use crate::math;
 use crate::model::Vector;
 
-/// Elements below this part of the largest one have its scale times this: elements that are zero by chance have
-/// no scale of their own.
+/// Elements below this part of the largest one have its scale times this: elements that are zero by chance
+/// have no scale of their own.
 const MIN_SCALE_PART: f64 = 1e-2;
-/// Smallest scale of an element, in its unit. A smaller one makes differences of nearly zero elements rounding,
-/// a larger one makes curvature an error in small mechanisms.
+/// Smallest scale of an element, in its unit. A smaller one makes differences of nearly zero elements
+/// rounding, a larger one makes curvature an error in small mechanisms.
 const MIN_SCALE: f64 = 1e-3;
 
 /// The increment of an element: √ε of its scale, for which rounding and curvature cost about the same, and a

@@ -9,17 +9,17 @@
 //!   of column n is Π n²/(n² − m²) over the other columns m.
 //! * **Order** 14; what the last column changes is the error estimate, of the order 12 of the other six.
 //! * **Side by side**: columns are independent. Column n has n − 1 evaluations besides f(y). Four lanes of
-//!   equal length, with 13, 11 + 1, 9 + 3 and 7 + 5 of them, make 49 evaluations in the time of 13. Three lanes
-//!   are done one call before the longest. Their last call evaluates the end of the step as the six finished
-//!   columns give it; this and the end itself give the stiffness estimate.
+//!   equal length, with 13, 11 + 1, 9 + 3 and 7 + 5 of them, make 49 evaluations in the time of 13. Three
+//!   lanes are done one call before the longest. Their last call evaluates the end of the step as the six
+//!   finished columns give it; this and the end itself give the stiffness estimate.
 //! * **Dense output**: the polynomial of degree 11 that has q, q̇ and q̈ at the ends of the step and a third
 //!   of it from either; u is its derivative. The two inner nodes are found by the same rule with n = 2, 4, …,
-//!   10, of order 10 over a third of the step, from its start and backwards from its end: again four lanes, 14
-//!   calls, only when dense output is asked for.
-//! * **Rounding**: the weights of the columns have the absolute sum 56, so that errors stay at some 10⁻¹³, and
-//!   tolerances below 10⁻¹² only make more steps. The interpolant is built from displacements from the nearer
-//!   end, not from positions, and the distance of the ends contributes to u only where it is more than the
-//!   rounding of q: u is accurate far from the origin of q, too.
+//!   10, of order 10 over a third of the step, from its start and backwards from its end: again four lanes,
+//!   14 calls, only when dense output is asked for.
+//! * **Rounding**: the weights of the columns have the absolute sum 56, so that errors stay at some 10⁻¹³,
+//!   and tolerances below 10⁻¹² only make more steps. The interpolant is built from displacements from the
+//!   nearer end, not from positions, and the distance of the ends contributes to u only where it is more than
+//!   the rounding of q: u is accurate far from the origin of q, too.
 //! * **Stability**: real axis to −6.6.
 //! * **Cost**: 13 evaluations of four states side by side and one more per step; 14 with dense output more.
 //! * **Source**: Gragg, SIAM J. Numer. Anal. 2 (1965) 384; Bulirsch, Stoer, Numer. Math. 8 (1966) 1; Hairer,
@@ -149,9 +149,9 @@ pub struct GraggBulirschStoer<V: Vector> {
 }
 
 impl<V: Vector> GraggBulirschStoer<V> {
-    /// Evaluates the columns of a plan. Returns the weighted sums of their changes for the end of the step and
-    /// for its error, lane by lane. `observe` receives stages and derivatives of each evaluation. `last` may
-    /// replace the stages of finished lanes before the last evaluation; it receives the sums so far.
+    /// Evaluates the columns of a plan. Returns the weighted sums of their changes for the end of the step
+    /// and for its error, lane by lane. `observe` receives stages and derivatives of each evaluation. `last`
+    /// may replace the stages of finished lanes before the last evaluation; it receives the sums so far.
     #[inline(always)]
     fn run_plan<S: System<V>>(
         system: &mut S,
@@ -225,8 +225,8 @@ fn midpoint_substep<V: Vector>(twice: Lanes, [next, stage]: [&mut V::Wide; 2], [
 /// memory in any case.
 const MAX_ELEMENTS_INLINE: usize = 4;
 
-/// [`finish_columns`], inlined where stages are short. For longer ones inlining would cost a tenth of the time
-/// of a run of Andrews' mechanism.
+/// [`finish_columns`], inlined where stages are short. For longer ones inlining would cost a tenth of the
+/// time of a run of Andrews' mechanism.
 #[inline(always)]
 fn finish<V: Vector>(
     call: &PlannedEvaluation,

@@ -31,8 +31,8 @@ pub trait Scheme<V: Vector>: Clone {
     /// Number of parts in which a step is scanned for events.
     const EVENT_PANELS: usize;
     /// Parts of a step at which defect control inserts dense output into the equations of motion: where its
-    /// error changes fastest, away from its nodes. Empty for methods that judge their interpolants themselves,
-    /// whose interpolants are as accurate as their steps, or without error estimate.
+    /// error changes fastest, away from its nodes. Empty for methods that judge their interpolants
+    /// themselves, whose interpolants are as accurate as their steps, or without error estimate.
     const DEFECT_SAMPLES: &'static [f64] = &[];
     /// Whether the stages are states near the solution, each computed from those before it. Constraint
     /// violations of such stages are judged and projected near rank loss. Stages of implicit methods satisfy
@@ -74,8 +74,8 @@ pub trait Scheme<V: Vector>: Clone {
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error>;
     /// As [`Scheme::attempt`], with equal bits, for a step that is repeated. [`Scheme::attempt`] is inlined
-    /// into the loop of a run; this function may be slower and should be short, since it is compiled again for
-    /// every model.
+    /// into the loop of a run; this function may be slower and should be short, since it is compiled again
+    /// for every model.
     #[inline(always)]
     fn replay_attempt<S: System<V>>(
         &mut self,
@@ -86,9 +86,9 @@ pub trait Scheme<V: Vector>: Clone {
     ) -> Result<(Phase<V>, f64), S::Error> {
         self.attempt(system, start, h, tolerances)
     }
-    /// Called before a recorded step is repeated, all of it (`part` = 1) or its first part: the record may start
-    /// the iterations. Returns whether the iterations may converge to another end, which the caller then
-    /// compares.
+    /// Called before a recorded step is repeated, all of it (`part` = 1) or its first part: the record may
+    /// start the iterations. Returns whether the iterations may converge to another end, which the caller
+    /// then compares.
     #[inline(always)]
     fn prepare_replay(&mut self, _step: &Step<V>, _part: f64) -> bool {
         false
@@ -103,8 +103,8 @@ pub trait Scheme<V: Vector>: Clone {
         end: &StepNode<V>,
         h: f64,
     ) -> Result<Self::Dense, S::Error>;
-    /// The interpolant of a recorded step, if it follows from the ends of the step alone, so that the step need
-    /// not be repeated.
+    /// The interpolant of a recorded step, if it follows from the ends of the step alone, so that the step
+    /// need not be repeated.
     #[inline(always)]
     fn dense_from_ends<S: System<V>>(
         &mut self,

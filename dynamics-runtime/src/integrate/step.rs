@@ -35,7 +35,8 @@ pub struct Step<V> {
 pub struct StepFlags {
     /// Its stages were projected: near a position where the constraints nearly lose rank.
     pub stages: bool,
-    /// States between its ends have to be projected: they have an error that the projection of the end removed.
+    /// States between its ends have to be projected: they have an error that the projection of the end
+    /// removed.
     pub between: bool,
     /// Branches of the accelerations were held in it: see
     /// [`Switching::hold_branches`](crate::integrate::Switching::hold_branches).

@@ -5,8 +5,8 @@
 //! Then, in this order: a step with a discontinuity is repeated to end there (`switching`), one near a
 //! position where constraints lose rank is repeated elsewhere (`singularity_crossing`), and the controller
 //! accepts it or makes it smaller. `first_step` chooses the first size. `truncation` has what happens to
-//! accepted steps at events, `replay` repeats recorded steps, `defect_control` checks their dense output, `stiffness` tests
-//! whether stability bounds the steps.
+//! accepted steps at events, `replay` repeats recorded steps, `defect_control` checks their dense output,
+//! `stiffness` tests whether stability bounds the steps.
 
 use crate::integrate::discontinuity::DiscontinuityHandling;
 use crate::integrate::step::{Step, StepError, StepFlags, StepOptions};
@@ -49,7 +49,8 @@ const SIGNIFICANT_MOVE: f64 = 1.0;
 /// too long, and each projection costs an attempt.
 const OFF_CONSTRAINT_ERROR: f64 = 30.0;
 /// Projecting the stages has helped if it makes a large error smaller than this part of it. A smaller value
-/// gives the projection up where it still makes steps longer, a larger one pays for attempts that gain little.
+/// gives the projection up where it still makes steps longer, a larger one pays for attempts that gain
+/// little.
 const HELPFUL_ERROR_PART: f64 = 0.1;
 /// After a projection of the stages that did not help, so many attempts are made without. A larger value
 /// delays the projection where it would help, a smaller one makes more attempts twice.
@@ -214,8 +215,8 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.slides
     }
 
-    /// Number of fixed steps that were divided, to have their stages away from positions where the constraints
-    /// nearly lose rank, and the start of the first.
+    /// Number of fixed steps that were divided, to have their stages away from positions where the
+    /// constraints nearly lose rank, and the start of the first.
     #[must_use]
     pub fn subdivided_steps(&self) -> (u64, Option<f64>) {
         self.crossing.subdivided_steps()

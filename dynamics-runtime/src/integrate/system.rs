@@ -151,8 +151,8 @@ pub trait Switching<V: Vector>: Accelerations<V> {
     ) -> Option<f64> {
         None
     }
-    /// Whether the quintic through q, q̇, q̈ at the ends of a step is accurate enough to locate kinks, so that
-    /// no dense output is evaluated for it.
+    /// Whether the quintic through q, q̇, q̈ at the ends of a step is accurate enough to locate kinks, so
+    /// that no dense output is evaluated for it.
     #[inline(always)]
     fn is_hermite_enough_for_kinks(&self) -> bool {
         false

@@ -6,9 +6,11 @@
 //!   contains ([`Expandable::series`](super::Expandable::series)): exact derivatives, no differences. M is
 //!   factored once per step.
 //! * **Constraints**: Φ = 0 in every coefficient, so that Φ at the end of the step is the truncation error;
-//!   projection removes it. The equations are solved as a system of index 3 with one factorisation per step (Pryce, BIT 41 (2001) 364; Nedialkov, Pryce, BIT 47 (2007) 191).
-//! * **Order** p from the tolerance ε, p = 1 − ½ f ln ε. f = 1 minimises the work per unit of time if the work
-//!   of a step grows with p² (Jorba, Zou). Here most of it grows with p, and the best f, measured, is larger.
+//!   projection removes it. The equations are solved as a system of index 3 with one factorisation per step
+//!   (Pryce, BIT 41 (2001) 364; Nedialkov, Pryce, BIT 47 (2007) 191).
+//! * **Order** p from the tolerance ε, p = 1 − ½ f ln ε. f = 1 minimises the work per unit of time if the
+//!   work of a step grows with p² (Jorba, Zou). Here most of it grows with p, and the best f, measured, is
+//!   larger.
 //! * **Error estimate**: the last two terms. The step is chosen before it is made, as the longest for which
 //!   both are permitted; at its end the accelerations of the model are compared with those of the series.
 //!   Where the model chooses (`if`, min, max, abs, signum) the series is that of the branch at its start:
@@ -48,8 +50,8 @@ const ORDER_FACTOR: f64 = 1.5;
 const STEP_SAFETY: f64 = 0.95;
 /// Tolerances up to this are near rounding: see [`Taylor::margin`].
 const NEAR_ROUNDING_TOLERANCE: f64 = 1e-14;
-/// Largest growth from one step to the next: coefficients that vanish by chance or at rest are not those of an
-/// exact polynomial.
+/// Largest growth from one step to the next: coefficients that vanish by chance or at rest are not those of
+/// an exact polynomial.
 const MAX_STEP_GROWTH: f64 = 30.0;
 /// Largest defect of a step, in permitted errors, of models with choices: h times the difference of the
 /// accelerations from those of the series. Smooth steps have less than 10, steps across a branch more.
@@ -306,8 +308,8 @@ impl<V: Vector> Taylor<V> {
         exp2_roughly(if last < before || last.is_nan() { last } else { before })
     }
 
-    /// h times the difference of the accelerations from those of the series, in units of the largest permitted
-    /// defect.
+    /// h times the difference of the accelerations from those of the series, in units of the largest
+    /// permitted defect.
     fn defect<S: System<V>>(
         &self,
         system: &S,

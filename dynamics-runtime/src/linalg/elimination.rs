@@ -1,5 +1,5 @@
-//! Square systems of real and of complex numbers with as many rows as a [`Vector`], or blocks of them: Gaussian
-//! elimination with row pivoting in place. Nothing is allocated.
+//! Square systems of real and of complex numbers with as many rows as a [`Vector`], or blocks of them:
+//! Gaussian elimination with row pivoting in place. Nothing is allocated.
 //!
 //! Matrices stand by rows; complex ones as two of real numbers. Rows and columns carry the units of the
 //! coordinates, the diagonal is what an identity matrix adds: it leads wherever steps are short enough, so

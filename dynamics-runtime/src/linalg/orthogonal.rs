@@ -39,12 +39,12 @@ fn reflect(v: &[f64], tau: f64, x: &mut [f64]) {
 }
 
 /// A row that is declared redundant is chosen before the others if its remaining length times this is larger
-/// than theirs. 1 would exchange rows of equal length from one state to the next, 0 would keep nearly dependent
-/// rows.
+/// than theirs. 1 would exchange rows of equal length from one state to the next, 0 would keep nearly
+/// dependent rows.
 const REDUNDANT_ROW_WEIGHT: f64 = 0.5;
 
-/// A row whose unit vector has at most this component in the null space of Aᵀ is independent of the others. The
-/// component is 0 or of the order of the coefficients of the dependency; rounding is far below.
+/// A row whose unit vector has at most this component in the null space of Aᵀ is independent of the others.
+/// The component is 0 or of the order of the coefficients of the dependency; rounding is far below.
 const INDEPENDENT_ROW_COMPONENT: f64 = 1e-8;
 
 /// The decomposition.
@@ -191,8 +191,8 @@ impl<'w> Orthogonal<'w> {
 
     /// The y (k numbers, in the rotated frame: x = Q (y, ·)) that fits A x = b best; `b` (r numbers) becomes
     /// what is left over, b − A x. `w`: r numbers of memory. Where rows are declared redundant, the chosen
-    /// rows are fulfilled exactly: off the constraint manifold the others differ from the rows that they repeat,
-    /// and a weighting would change from one state to the next, like a force that is not smooth.
+    /// rows are fulfilled exactly: off the constraint manifold the others differ from the rows that they
+    /// repeat, and a weighting would change from one state to the next, like a force that is not smooth.
     pub(crate) fn fit(&self, b: &mut [f64], y: &mut [f64], w: &mut [f64]) {
         let (r, k) = (self.r, self.rank);
         for (p, w) in w.iter_mut().enumerate() {

@@ -2,8 +2,8 @@
 
 use core::fmt::{self, Debug};
 
-/// The active set of the switched constraints of a model, by their order among the switched ones: whether each
-/// holds, and, where it does not, to which side it was left. All hold by default. At most 32.
+/// The active set of the switched constraints of a model, by their order among the switched ones: whether
+/// each holds, and, where it does not, to which side it was left. All hold by default. At most 32.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub struct ActiveSet {
     /// Two bits each: released, left to the negative side.

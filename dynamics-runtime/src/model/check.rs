@@ -4,8 +4,8 @@ use super::{Dynamics, ModelState, Vector};
 use crate::declaration::{Assumption, AssumptionViolation, Quantity};
 use crate::error::StateError;
 
-/// The first assumption of a model that does not hold: of those that parameters decide, or, with a state, of the
-/// others.
+/// The first assumption of a model that does not hold: of those that parameters decide, or, with a state, of
+/// the others.
 pub(crate) fn violated_assumption<M: Dynamics>(
     model: &M,
     state: Option<&M::State>,

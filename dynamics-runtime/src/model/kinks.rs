@@ -6,8 +6,8 @@ use crate::smooth::SmoothFunction;
 /// Most kinks of a model: [`Branches`] has as many bits.
 pub const MAX_KINKS: usize = 64;
 
-/// A switching function: a value with the interval around it in which accelerations are smooth. Steps end where
-/// the value leaves the interval.
+/// A switching function: a value with the interval around it in which accelerations are smooth. Steps end
+/// where the value leaves the interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kink {
     /// The value on which a branch of the model depends, or the argument of a function in pieces.
@@ -16,8 +16,8 @@ pub struct Kink {
     pub smooth: [f64; 2],
     /// Whether its sign selects a branch, which a state can hold.
     pub decides: bool,
-    /// Whether an angle from `atan2` jumps by a full turn there: expressions of the angle jump, the motion does
-    /// not.
+    /// Whether an angle from `atan2` jumps by a full turn there: expressions of the angle jump, the motion
+    /// does not.
     pub is_cut: bool,
 }
 

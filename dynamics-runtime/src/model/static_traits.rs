@@ -2,9 +2,9 @@
 //!
 //! Generic code is instantiated for every model before it is optimised. This takes most of the time of
 //! compiling a small model. The compiler does not instantiate a branch behind one of these constants alone
-//! (`if M::IS_UNCONSTRAINED`) or a constant block (`if const { V::LEN > 4 }`) that is false. Behind `!M::IS_UNCONSTRAINED` or a
-//! comparison it instantiates both branches first. So such a test stands at the beginning of a part, with the
-//! empty branch first, also where the part would have nothing to do.
+//! (`if M::IS_UNCONSTRAINED`) or a constant block (`if const { V::LEN > 4 }`) that is false. Behind
+//! `!M::IS_UNCONSTRAINED` or a comparison it instantiates both branches first. So such a test stands at the
+//! beginning of a part, with the empty branch first, also where the part would have nothing to do.
 
 #[cfg(feature = "alloc")]
 use super::Constraint;

@@ -1,5 +1,5 @@
-//! Output of a motion with several charts of angles: outputs and pictures, which do not depend on the chart, and
-//! a table with the number of the chart.
+//! Output of a motion with several charts of angles: outputs and pictures, which do not depend on the chart,
+//! and a table with the number of the chart.
 
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;

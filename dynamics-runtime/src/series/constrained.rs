@@ -1,8 +1,8 @@
 //! Coefficients of motions with constraints: Φ = 0 in every one of them.
 //!
 //! Coefficient k of the equations of motion and coefficient K = k + 2 of Φ = 0 are solved together for q̈ₖ
-//! and λₖ, as q_K = τ²/(K(K−1)) q̈ₖ. The expressions of Φ are expanded two orders ahead of all others, in lanes
-//! of their own; values that the equations of motion share with them are stored until those orders.
+//! and λₖ, as q_K = τ²/(K(K−1)) q̈ₖ. The expressions of Φ are expanded two orders ahead of all others, in
+//! lanes of their own; values that the equations of motion share with them are stored until those orders.
 
 use core::array;
 

@@ -5,8 +5,8 @@ use crate::constrain::{self, active_set};
 use crate::math;
 use crate::model::{Constraints, ModelState, Terms};
 
-/// Smallest pivot for which λ counts as unique, of a matrix whose gradients have unit length. Smaller ones leave
-/// λ fewer than seven digits, and every coefficient loses as many.
+/// Smallest pivot for which λ counts as unique, of a matrix whose gradients have unit length. Smaller ones
+/// leave λ fewer than seven digits, and every coefficient loses as many.
 const MIN_PIVOT: f64 = 1e-9;
 
 /// ⎡ M −Φ_qᵀ; Φ_q 0 ⎤ of N coordinates and R rows, factored with pivoting; `NR` is N + R. Rows that do not

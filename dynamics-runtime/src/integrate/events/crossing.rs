@@ -11,11 +11,11 @@
 //! c is taken from the second differences at both ends of the part, with a factor of safety. A part that
 //! passes neither test is divided into four, until it does or only rounding is left of it. The smoothness of
 //! g between samples is checked, too: where a new sample differs from what the curvature of its neighbours
-//! predicts, the parts around it are judged with a larger c; and where samples look rough, one part is divided
-//! as a test. So functions that oscillate faster than the samples are followed. Between parts that show the
-//! slopes on both sides of a kink, c bounds the kink. In the first and the last part it may not; there the
-//! slope of the neighbouring part decides whether the part is divided. A dip between samples that no sample
-//! shows is missed: two kinks or more in one part can make one.
+//! predicts, the parts around it are judged with a larger c; and where samples look rough, one part is
+//! divided as a test. So functions that oscillate faster than the samples are followed. Between parts that
+//! show the slopes on both sides of a kink, c bounds the kink. In the first and the last part it may not;
+//! there the slope of the neighbouring part decides whether the part is divided. A dip between samples that
+//! no sample shows is missed: two kinks or more in one part can make one.
 //!
 //! [`root`] locates the crossings.
 
@@ -181,7 +181,8 @@ impl Scan {
     ) -> Result<(), Stopped> {
         let parts = samples.len() - 1;
         let at = curvatures(samples);
-        // 1. Divide the parts that may hide zeros, and one that looks rough. `surprise`: the largest bound that
+        // 1. Divide the parts that may hide zeros, and one that looks rough. `surprise`: the largest bound
+        //    that
         // a new sample demands.
         let (rough, doubt) = match look {
             Refinement::First => (roughest(&at[1..parts]), 0.0),
@@ -336,9 +337,9 @@ fn is_resolved((_, a): Sample, (_, b): Sample, bound: f64) -> bool {
     }
 }
 
-/// Whether a kink may hide two zeros in the first or the last part, where the slope is known on one side only.
-/// It may if the function, extrapolated from that side linearly or with its curvature, is on the other side
-/// of zero at the outer sample, by more than `noise`.
+/// Whether a kink may hide two zeros in the first or the last part, where the slope is known on one side
+/// only. It may if the function, extrapolated from that side linearly or with its curvature, is on the other
+/// side of zero at the outer sample, by more than `noise`.
 fn may_turn(samples: &[Sample], at: &[f64; PANEL_PARTS], part: usize, noise: f64) -> bool {
     let last = samples.len() - 2;
     let (outer, near, far, bend) = match part {

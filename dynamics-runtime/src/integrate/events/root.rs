@@ -1,7 +1,8 @@
 //! Roots of a function between two points where its signs differ.
 
 /// A root of g between two points where its signs differ, to the given resolution, by the ITP method
-/// (interpolate, truncate, project): at most one evaluation more than bisection, superlinear where g is smooth.
+/// (interpolate, truncate, project): at most one evaluation more than bisection, superlinear where g is
+/// smooth.
 ///
 /// Of the final bracket the end on the far side of the crossing is returned, so that g has already changed
 /// its sign there. Where one end is exactly 0 that end is returned. Source: Oliveira, Takahashi, ACM TOMS 47

@@ -1,7 +1,7 @@
 //! Dormand–Prince 5(4).
 //!
-//! * **Problem**: smooth, not stiff, tolerances to about 10⁻⁴; below, [`Dop853`](crate::integrate::Dop853) needs fewer
-//!   evaluations.
+//! * **Problem**: smooth, not stiff, tolerances to about 10⁻⁴; below, [`Dop853`](crate::integrate::Dop853)
+//!   needs fewer evaluations.
 //! * **Formula**: seven stages, the last at the end of the step and reused as the first of the next (FSAL);
 //!   the 5th-order result is kept, the difference from the embedded 4th-order one is the error estimate.
 //! * **Order** 5; error estimate 4.

@@ -3,8 +3,8 @@
 //! * **Problem**: smooth, not stiff; a step known to suit it (real time, comparison, fixed sampling).
 //! * **Formula**: y₁ = y₀ + h/6·(k₁ + 2k₂ + 2k₃ + k₄), k₂ and k₃ at the middle, k₄ at the end.
 //! * **Order** 4; local error O(h⁵); no error estimate, hence a fixed step.
-//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](crate::integrate::Hermite)), of higher
-//!   order than the step.
+//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](crate::integrate::Hermite)),
+//!   of higher order than the step.
 //! * **Stability**: real axis to −2.79, imaginary axis to ±2.83.
 //! * **Cost**: 4 evaluations of q̈ per step.
 //! * **Source**: Kutta, Z. Math. Phys. 46 (1901) 435; Hairer, Nørsett, Wanner, *Solving ODE I*, §II.1.

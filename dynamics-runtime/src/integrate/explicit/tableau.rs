@@ -79,8 +79,8 @@ pub(super) use unrolled_stages;
 pub(crate) type TableauRows<'a> = (&'a [&'a [(usize, f64)]], &'a [f64], usize);
 
 /// Stages of an explicit method from y at t, each from those before it, by rows as data. Returns the state of
-/// the last one. Its bits are those of [`unrolled_stages`]. It is compiled once for all methods; the part of a
-/// step outside the evaluations is slower.
+/// the last one. Its bits are those of [`unrolled_stages`]. It is compiled once for all methods; the part of
+/// a step outside the evaluations is slower.
 #[inline(never)]
 pub(crate) fn stages<V: Vector, S: System<V>>(
     system: &mut S,

@@ -1,8 +1,8 @@
 //! Tsit5: Tsitouras 5(4).
 //!
-//! * **Problem**: smooth, not stiff, tolerances to about 10⁻⁴, as [`DormandPrince5`](crate::integrate::DormandPrince5),
-//!   whose place it takes where its error per evaluation is the smaller one; below, [`Dop853`](crate::integrate::Dop853)
-//!   needs fewer evaluations.
+//! * **Problem**: smooth, not stiff, tolerances to about 10⁻⁴, as
+//!   [`DormandPrince5`](crate::integrate::DormandPrince5), whose place it takes where its error per
+//!   evaluation is the smaller one; below, [`Dop853`](crate::integrate::Dop853) needs fewer evaluations.
 //! * **Formula**: seven stages, the last at the end of the step and reused as the first of the next (FSAL).
 //!   Of the simplifying assumptions only the first column's is made: the freedom that is left makes the error
 //!   terms of order 6 small. The 5th-order result is kept.

@@ -1,15 +1,15 @@
 //! Composition: symmetric compositions of Störmer–Verlet steps to order 4, 6 and 8.
 //!
-//! * **Problem**: that of [`StormerVerlet`](crate::integrate::StormerVerlet), where more digits are wanted: celestial
-//!   and molecular motions over many periods.
+//! * **Problem**: that of [`StormerVerlet`](crate::integrate::StormerVerlet), where more digits are wanted:
+//!   celestial and molecular motions over many periods.
 //! * **Formula**: Verlet steps of γ₁h, γ₂h, …, γₛh one after the other, γᵢ = γₛ₊₁₋ᵢ, some of them backwards.
 //!   Σγ = 1 and the vanishing of Σγ³, Σγ⁵ and of what their commutators leave raise the order: 5 steps for
 //!   order 4 (Suzuki), 9 for order 6, 17 for order 8 (Kahan and Li).
 //! * **Order** 4, 6 or 8; no error estimate, hence a fixed step.
 //! * **Structure**: symplectic and reversible where Verlet's steps are; the energy error stays at O(hᵖ). With
 //!   velocities in the forces they are neither, and of order 3 at most.
-//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](crate::integrate::Hermite)): its error is
-//!   O(h⁶) in q, O(h⁵) in u, above that of the ends at order 6 and 8.
+//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](crate::integrate::Hermite)):
+//!   its error is O(h⁶) in q, O(h⁵) in u, above that of the ends at order 6 and 8.
 //! * **Stability**: oscillations to hω = 2.7, 2.5 and 3.1.
 //! * **Rounding**: steps are added by a [`CompensatedSum`].
 //! * **Cost**: 5, 9 or 17 evaluations of q̈ per step.

@@ -1,8 +1,8 @@
 //! Gauss: collocation at Gauss's nodes, of order 4 (two stages) and 6 (three).
 //!
 //! * **Problem**: long motions of conservative systems of any kind, velocities in the forces and mass
-//!   matrices that move included, where [`StormerVerlet`](crate::integrate::StormerVerlet) and its compositions do not
-//!   apply; also where many digits are wanted at long steps.
+//!   matrices that move included, where [`StormerVerlet`](crate::integrate::StormerVerlet) and its
+//!   compositions do not apply; also where many digits are wanted at long steps.
 //! * **Formula**: stages Uᵢ = q̇(t + cᵢh), Qᵢ = q₀ + h Σ aᵢⱼUⱼ. Where the system gives its momenta p = ∂L/∂q̇
 //!   and their rates ṗ = ∂L/∂q + forces, the stages solve p(Qᵢ, Uᵢ) = p₀ + h Σ aᵢⱼṗⱼ: the method in the
 //!   canonical variables (q, p). Else Uᵢ = u₀ + h Σ aᵢⱼq̈ⱼ: the method in (q, u), the same while M is
@@ -13,9 +13,10 @@
 //!   O(h⁴) and O(h⁶) for times exponentially long in 1/h, and momenta, linear ones and those quadratic in (q,
 //!   p), are kept to rounding. In (q, u) with M(q) it is symmetric, no more, which keeps energy for
 //!   reversible motions far from chaos.
-//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](crate::integrate::Hermite)), of order 4
-//!   at least in u: better than the collocation polynomial's.
-//! * **Stability**: A-stable without damping. Oscillations faster than the step are not solved for: the iterations converge to hω = 2.5 and 3. Far beyond, the step is an error. A solution there would be
+//! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](crate::integrate::Hermite)),
+//!   of order 4 at least in u: better than the collocation polynomial's.
+//! * **Stability**: A-stable without damping. Oscillations faster than the step are not solved for: the
+//!   iterations converge to hω = 2.5 and 3. Far beyond, the step is an error. A solution there would be
 //!   worse: by Newton's method, a pendulum on a stiff spring (k = 1e8, h = 0.02) gains 2 J in two seconds.
 //! * **Rounding**: steps in (q, u) are added by a [`CompensatedSum`], as Hairer, McLachlan and Razakarivony
 //!   (BIT 48 (2008) 231) recommend. In Kepler's problem with e = 0.9 rounding leaves an energy error of 10⁻¹⁵

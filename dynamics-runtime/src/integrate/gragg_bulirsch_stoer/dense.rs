@@ -65,8 +65,8 @@ const LAST_DIFFERENCE_OF_DISTANCE: f64 =
     differences([0.0, 1.0, 0.0, 1.0], [0.0; 4], [0.0; 4])[CONDITIONS - 1];
 
 impl<V: Vector> FourPointHermite<V> {
-    /// From the ends of a step of size h and the nodes a third of it from its start and from its end. Times are
-    /// not used.
+    /// From the ends of a step of size h and the nodes a third of it from its start and from its end. Times
+    /// are not used.
     #[must_use]
     pub fn new([start, end]: [&StepNode<V>; 2], [first, second]: &[InnerNode<V>; 2], h: f64) -> Self {
         let (mut higher, mut rounding) = ([V::zeros(); CONDITIONS - 2], V::zeros());

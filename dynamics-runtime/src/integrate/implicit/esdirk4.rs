@@ -11,10 +11,10 @@
 //!   within a stage where they do not: a stiff direction that turns asks for that.
 //! * **Order** 4, stages of order 2. Positions and velocities of very stiff motions may converge with orders
 //!   2 to 3: order reduction, more of it than Radau IIA has, which is why that is the method for many digits.
-//! * **Where it fails**: a stiff direction that turns (a bob on a stiff spring) acts on stages of order 2 like
-//!   a constraint of index 3. The order is then 2. The errors of the steps, each within its tolerance, all
-//!   take energy away and add up to hundreds of times the tolerance (Radau IIA: 20 times). `verify()` measures it
-//!   by step doubling.
+//! * **Where it fails**: a stiff direction that turns (a bob on a stiff spring) acts on stages of order 2
+//!   like a constraint of index 3. The order is then 2. The errors of the steps, each within its tolerance,
+//!   all take energy away and add up to hundreds of times the tolerance (Radau IIA: 20 times). `verify()`
+//!   measures it by step doubling.
 //! * **Error estimate**: four times the difference from the embedded formula of order 3, filtered by (1 − hγ
 //!   J)⁻¹, so that stiff components do not shorten the steps.
 //! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`]), with the q̈ for which the
@@ -161,8 +161,8 @@ impl<V: Vector> Esdirk4<V> {
         u
     }
 
-    /// Solves for stage i by simplified Newton iterations, until the correction that is left is no larger than
-    /// `enough` in units of `scale`.
+    /// Solves for stage i by simplified Newton iterations, until the correction that is left is no larger
+    /// than `enough` in units of `scale`.
     fn stage<S: System<V>>(
         &mut self,
         system: &mut S,
@@ -199,7 +199,8 @@ impl<V: Vector> Esdirk4<V> {
             if !size.is_finite() {
                 return Ok(StageOutcome::NotFinite);
             }
-            // The rate of convergence gives what is left of the error; where it is slow the Jacobian is renewed.
+            // The rate of convergence gives what is left of the error; where it is slow the Jacobian is
+            // renewed.
             let rate = if iteration > 1 { size / before } else { 1.0 };
             if iteration > 1 {
                 self.rate = self.rate.max(rate);

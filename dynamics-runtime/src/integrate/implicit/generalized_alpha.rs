@@ -56,8 +56,8 @@ const UNCHANGED_STEP_GROWTH: f64 = 1.3;
 const NEWTON_ERROR_PART: f64 = 1e-2;
 /// Corrections of positions up to this part of the summands of the positions are rounding.
 const CORRECTION_ROUNDING: f64 = 16.0 * f64::EPSILON;
-/// Corrections that shrink by no more than this factor are rounding already below [`STALLED_CORRECTION`]: near
-/// a rank loss the constraints amplify rounding.
+/// Corrections that shrink by no more than this factor are rounding already below [`STALLED_CORRECTION`]:
+/// near a rank loss the constraints amplify rounding.
 const STALLED_RATE: f64 = 0.5;
 /// See [`STALLED_RATE`]; a part of the summands of the positions.
 const STALLED_CORRECTION: f64 = 1e-10;
@@ -203,8 +203,8 @@ impl<V: Vector> GeneralizedAlpha<V> {
         }
     }
 
-    /// q̈ of the method at the end of the step tried last. Its multipliers λ follow from M q̈ − Q = Φ_qᵀλ. They
-    /// differ from those of the state, for which Φ̈ = 0.
+    /// q̈ of the method at the end of the step tried last. Its multipliers λ follow from M q̈ − Q = Φ_qᵀλ.
+    /// They differ from those of the state, for which Φ̈ = 0.
     pub fn accelerations(&self) -> &V {
         &self.k[1].u
     }

@@ -31,11 +31,11 @@
 //!   rounding either way. Tests (`tests/slow/mechanisms/`) demand six digits of the multipliers of Andrews'
 //!   mechanism and of the car axis at tolerance 1e-8, where the index-3 code `radau5.f` has 0.2 and 2.7. So
 //!   there is no GGL form.
-//! * **Moderate accuracy**: an ESDIRK method of order 4 ([`Esdirk4`](crate::integrate::Esdirk4)) and a Rosenbrock method
-//!   of order 4 were measured beside it. On a pendulum on a stiff damped spring (k = 1e8) errors of their
-//!   steps, each within its tolerance, all have one sign and add up to hundreds of times the tolerance: to
-//!   stages of order 2 or less a stiff direction that turns is a constraint of index 3. Here it is twenty
-//!   times.
+//! * **Moderate accuracy**: an ESDIRK method of order 4 ([`Esdirk4`](crate::integrate::Esdirk4)) and a
+//!   Rosenbrock method of order 4 were measured beside it. On a pendulum on a stiff damped spring (k = 1e8)
+//!   errors of their steps, each within its tolerance, all have one sign and add up to hundreds of times the
+//!   tolerance: to stages of order 2 or less a stiff direction that turns is a constraint of index 3. Here it
+//!   is twenty times.
 //! * **Source**: Hairer & Wanner, *Solving ODE II*, 2nd ed., §IV.8; code `radau5.f`; Gustafsson, ACM TOMS 20
 //!   (1994) 496.
 
@@ -93,7 +93,8 @@ pub struct Radau5<V: Vector> {
     /// Step for which the matrices are factored; 0: none.
     factored_for: f64,
     exchanges: [V; 2],
-    /// Steps still to be made with the Jacobians of the stages, and their number when one Jacobian failed last.
+    /// Steps still to be made with the Jacobians of the stages, and their number when one Jacobian failed
+    /// last.
     stage_jacobian_steps: (u32, u32),
     stage_exchanges: [V; 3],
     /// u of the stages less u at the start.
@@ -209,8 +210,8 @@ impl<V: Vector> Radau5<V> {
                 rate_before = rate;
                 renew = staged && rate > RENEWAL_RATE;
                 if self.rate >= 0.99 {
-                    // Corrections that do not become smaller, and are no larger than may be left, are rounding
-                    // of stiff forces.
+                    // Corrections that do not become smaller, and are no larger than may be left, are
+                    // rounding of stiff forces.
                     let rounding = size.max(before) <= enough;
                     // With the Jacobians of the stages the first corrections may grow.
                     if !rounding && (!staged || size > 1e3 * first) {
@@ -271,8 +272,8 @@ impl<V: Vector> Radau5<V> {
         combine(&T_INVERSE, &change)
     }
 
-    /// The tolerances of error estimates. They are kept, since powers take as long as an evaluation of a small
-    /// model.
+    /// The tolerances of error estimates. They are kept, since powers take as long as an evaluation of a
+    /// small model.
     #[inline(always)]
     fn estimate_tolerances(&mut self, tolerances: &Tolerances) -> Tolerances {
         if self.permitted_for != *tolerances {

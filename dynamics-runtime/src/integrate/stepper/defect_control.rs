@@ -3,10 +3,10 @@
 //! Step control bounds the error at the end of a step. It says nothing of the interpolant, which has other
 //! stages and a lower order, and which is not damped behind steps at the border of stability. So the
 //! interpolant is inserted into the equations of motion: a polynomial with the error e leaves the defect
-//! e′ − J e. Where the defect is too large, the step is made again in 2, 4, … parts of equal length, each with
-//! dense output that is checked likewise. The last part misses the end of the step by a part of its error;
-//! this difference is spread smoothly over the step. The ends of the steps stay as they are, and runs that
-//! ask for no states between them cost nothing more.
+//! e′ − J e. Where the defect is too large, the step is made again in 2, 4, … parts of equal length, each
+//! with dense output that is checked likewise. The last part misses the end of the step by a part of its
+//! error; this difference is spread smoothly over the step. The ends of the steps stay as they are, and runs
+//! that ask for no states between them cost nothing more.
 //!
 //! * **Cost** of a step that is asked for: one evaluation for each sample ([`Scheme::DEFECT_SAMPLES`]); where
 //!   it is divided, the cost of as many steps with dense output.
@@ -52,8 +52,8 @@ impl<V: Vector, D: Dense<V>> Dense<V> for SubdividedStep<V, D> {
 }
 
 impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
-    /// The dense output of a step in parts, where that of the whole step has a larger error than permitted and
-    /// the parts have a smaller one.
+    /// The dense output of a step in parts, where that of the whole step has a larger error than permitted
+    /// and the parts have a smaller one.
     pub(crate) fn dense_in_parts<Y: System<V>>(
         scheme: &mut S,
         system: &mut Y,

@@ -3,13 +3,13 @@
 //! An explicit Euler step of a hundredth of the scale of the solution estimates the second derivative; the
 //! step is then the one whose local error of order p would be one hundredth of the tolerance.
 //!
-//! The estimate compares changes of a velocity with its tolerance. From rest the velocity is zero, and the step
-//! is hundreds of times too short. Methods that need only some dozens of steps
+//! The estimate compares changes of a velocity with its tolerance. From rest the velocity is zero, and the
+//! step is hundreds of times too short. Methods that need only some dozens of steps
 //! ([`Scheme::LONG_STEPS`](crate::integrate::Scheme::LONG_STEPS)) therefore take a longer step, where the
 //! characteristic times of the mechanism allow it: |q|/|q̇|, √(|q|/|q̈|) and |q̈|/|q⃛|. In a part x of the
 //! least of them a method of order p has a relative error of order x^(p+1) in |q|; the step is the one for
-//! which this is a hundredth of the tolerance, but at most [`MAX_STEP_RATIO`] times the estimate above. Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*,
-//! §II.4, "starting step size".
+//! which this is a hundredth of the tolerance, but at most [`MAX_STEP_RATIO`] times the estimate above.
+//! Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.4, "starting step size".
 
 use crate::integrate::phase::zip;
 use crate::integrate::{Phase, StepNode, System, Tolerances};
@@ -61,8 +61,8 @@ pub(super) fn first_step<V: Vector, S: System<V>>(
     h
 }
 
-/// The step by the characteristic times of the mechanism, from its accelerations after an Euler step of length
-/// `h`; 0 where it has none.
+/// The step by the characteristic times of the mechanism, from its accelerations after an Euler step of
+/// length `h`; 0 where it has none.
 fn characteristic_step<V: Vector>(
     start: &StepNode<V>,
     later: &V,

@@ -5,10 +5,10 @@ use crate::integrate::phase::zip;
 use crate::integrate::{Dense, Hermite, Phase, Tolerances};
 use crate::model::Vector;
 
-/// States within a step of [`Radau5`](crate::integrate::Radau5): by the quintic through q, q̇, q̈ at both ends
-/// where it agrees with the collocation polynomial to the permitted error of that, else by the collocation
-/// polynomial. The quintic has order 4 in u, the polynomial order 3. But the quintic depends on accelerations,
-/// in which small errors of stiff components are large.
+/// States within a step of [`Radau5`](crate::integrate::Radau5): by the quintic through q, q̇, q̈ at both
+/// ends where it agrees with the collocation polynomial to the permitted error of that, else by the
+/// collocation polynomial. The quintic has order 4 in u, the polynomial order 3. But the quintic depends on
+/// accelerations, in which small errors of stiff components are large.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RadauInterpolant<V> {
     /// The quintic.
