@@ -57,6 +57,9 @@ impl Session {
         let mut outside: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).collect();
         outside.retain(|path| path.extension().is_some_and(|extension| extension == "jsonl"));
         outside.sort();
+        if cfg!(not(feature = "json")) && !outside.is_empty() {
+            println!("Measurements of other solvers are left out: they need `--features json`.");
+        }
         let page = Page::new("Speed against accuracy");
         Ok(Self { quick, outside, page, files: common::Files::of("work_precision"), verdicts: Vec::new() })
     }
@@ -71,10 +74,10 @@ impl Session {
     ) -> Result<Study<'m, M>> {
         let tolerances = decades(self.quick, if self.quick { 12 } else { finest });
         let effort = if self.quick { Duration::ZERO } else { Duration::from_millis(100) };
-        let mut study = study.problem(name).tolerances(tolerances).effort(effort).run()?;
-        for path in &self.outside {
-            study.read_outside(path)?;
-        }
+        let study = study.problem(name).tolerances(tolerances).effort(effort).run()?;
+        #[cfg(feature = "json")]
+        let study =
+            self.outside.iter().try_fold(study, |mut study, path| study.read_outside(path).map(|_| study))?;
         println!("{study}\n");
         for part in [ErrorOf::State, ErrorOf::Positions] {
             println!("{}", study.comparison(part, Cost::Time, &[1e-3, 1e-6, 1e-9, 1e-12]));

@@ -98,7 +98,7 @@ crates() {
 }
 
 ours() {
-    RUSTFLAGS="-C target-cpu=native" cargo build --release --quiet --manifest-path "$here/../../Cargo.toml" --example work_precision --target-dir "$work/ours"
+    RUSTFLAGS="-C target-cpu=native" cargo build --release --quiet --manifest-path "$here/../../Cargo.toml" --features json --example work_precision --target-dir "$work/ours"
     "${prefix[@]}" "$work/ours/release/examples/work_precision"
 }
 
