@@ -106,6 +106,21 @@ struct Compiled {
     output: Vec<String>,
 }
 
+/// The workspace's profile: packages find its crates compiled in the target folder.
+const PROFILE: &str = "[profile.dev]
+debug = \"line-tables-only\"
+incremental = false
+[profile.dev.build-override]
+opt-level = 1
+[profile.dev.package]
+dynamics-runtime.opt-level = 2
+dynamics-analysis.opt-level = 2
+dynamics-vocabulary.opt-level = 2
+nalgebra.opt-level = 2
+dynamics-symbolic.opt-level = 1
+syn.opt-level = 0
+";
+
 impl<'a> Batch<'a> {
     #[must_use]
     pub fn new(library: &'a Path, keep: bool, run: bool) -> Self {
@@ -203,10 +218,7 @@ impl<'a> Batch<'a> {
         let count = self.write(&folder, kind, cases, interpreted)?;
         let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         command.current_dir(&folder).args([if build { "build" } else { "check" }, "--message-format=short"]);
-        command
-            .env("CARGO_INCREMENTAL", "0")
-            .env("CARGO_TERM_COLOR", "never")
-            .env("CARGO_PROFILE_DEV_DEBUG", "0");
+        command.env("CARGO_INCREMENTAL", "0").env("CARGO_TERM_COLOR", "never");
         let target =
             std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| self.library.join("target").into());
         command.env("CARGO_TARGET_DIR", &target);
@@ -247,7 +259,7 @@ impl<'a> Batch<'a> {
         let judge = self.folder.join("judge");
         fs::create_dir_all(&judge).map_err(|e| e.to_string())?;
         let judged = Path::new(env!("CARGO_MANIFEST_DIR")).join("judge/lib.rs");
-        let profile = "[profile.dev]\ndebug = 0\n[profile.dev.build-override]\nopt-level = 3\n";
+        let profile = format!("{PROFILE}{kind}.debug = 0\n");
         let manifest = |name: &str, rest: &str| {
             format!(
                 "[package]\nname = \"{name}\"\nversion = \"0.0.0\"\nedition \
@@ -283,7 +295,7 @@ impl<'a> Batch<'a> {
             programs += &format!("[[bin]]\nname = \"{kind}_{k}\"\npath = \"src/program_{k}.rs\"\n");
         }
         let batch =
-            manifest(kind, "") + "judge = { path = \"../judge\" }\n[workspace]\n" + profile + &programs;
+            manifest(kind, "") + "judge = { path = \"../judge\" }\n[workspace]\n" + &programs + &profile;
         write(folder.join("Cargo.toml"), batch)?;
         Ok(count)
     }
