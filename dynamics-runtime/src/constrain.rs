@@ -101,6 +101,10 @@ const fn largest_of<const K: usize>(lengths: [usize; K]) -> usize {
     most
 }
 
+/// Singular values of Φ_q below this part of the largest count as zero. A singular position is itself known
+/// to √ε = 1.5·10⁻⁸ at best, and its zero singular values come out about as large as that.
+const SINGULAR_VALUE_TOLERANCE: f64 = 1e-7;
+
 /// Φ_q a = γ counts as contradictory where the best a leaves a residual above this part of the size of γ.
 /// The bound is well above the residual that the drift of an unstabilized motion leaves on constraints that
 /// repeat each other.
