@@ -10,9 +10,9 @@ use dynamics_runtime::constrain::assemble::positions_of;
 use dynamics_runtime::constrain::at_time;
 use dynamics_runtime::model::{Constraints, ModelState, Vector};
 
-use super::displacement::fastest;
 use super::statics::{model_terms, scales};
 use super::{Equilibrium, EquilibriumError, EquilibriumOptions, find_holding};
+use crate::displacement::fastest;
 use crate::linearize::indices;
 use crate::random_numbers::RandomNumbers;
 
