@@ -27,6 +27,15 @@ pub struct Quantity {
     pub unit: &'static str,
 }
 
+impl Quantity {
+    /// Whether it is an angle, declared or inferred in rad. Its dimension is that of a number, so that only
+    /// the unit says so.
+    #[must_use]
+    pub fn is_angle(&self) -> bool {
+        self.unit == "rad"
+    }
+}
+
 /// What kind of quantity is conserved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ConservedKind {

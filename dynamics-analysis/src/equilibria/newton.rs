@@ -276,7 +276,7 @@ impl<M: Constraints> NewtonIteration<'_, M> {
         let allowed = M::COORDINATES
             .iter()
             .zip(scales)
-            .map(|(q, scale)| if q.unit == "rad" { MAX_ANGLE_STEP } else { MAX_STEP_IN_SCALES * scale });
+            .map(|(q, scale)| if q.is_angle() { MAX_ANGLE_STEP } else { MAX_STEP_IN_SCALES * scale });
         change.iter().zip(allowed).fold(1.0, |part: f64, (d, allowed)| part.min(allowed / d.abs()))
     }
 

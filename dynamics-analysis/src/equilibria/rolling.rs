@@ -101,7 +101,7 @@ pub(super) fn find<M: Constraints>(
 /// Coordinates whose velocities may be kept: the angles, then those that move at the start, then whichever
 /// the constraints leave independent.
 fn velocity_choices<M: Constraints>(start: &M::State) -> [Vec<usize>; 3] {
-    let angles = (0..M::Vector::LEN).filter(|i| M::COORDINATES[*i].unit == "rad").collect();
+    let angles = (0..M::Vector::LEN).filter(|i| M::COORDINATES[*i].is_angle()).collect();
     let moving = (0..M::Vector::LEN).filter(|i| start.u().as_slice()[*i] != 0.0).collect();
     [angles, moving, Vec::new()]
 }

@@ -244,7 +244,7 @@ fn stiffness_uncertainty<M: Constraints>(
     for (j, coordinate) in order.iter().enumerate() {
         let mut slope = here.stiffness.map(|_| 0.0);
         // Half of a length: a radius does not reach zero, where forces have a pole.
-        let reach = if M::COORDINATES[*coordinate].unit == "rad" { 1.0 } else { 0.5 };
+        let reach = if M::COORDINATES[*coordinate].is_angle() { 1.0 } else { 0.5 };
         let [middle, near] = STIFFNESS_PROBES;
         for part in [-reach, -middle, -near, near, middle, reach] {
             let step = part * scales[*coordinate];

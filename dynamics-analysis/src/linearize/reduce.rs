@@ -58,12 +58,12 @@ const MIN_SCALE: f64 = 1e-12;
 /// The scale of each coordinate: the largest value among the coordinates of its unit; at least 1 rad for
 /// angles; 1 if all are 0.
 pub(crate) fn scales(coordinates: &[Quantity], values: &[f64]) -> Vec<f64> {
-    let of = |unit: &str| {
-        let same = coordinates.iter().zip(values).filter(|(coordinate, _)| coordinate.unit == unit);
+    let of_unit = |quantity: &Quantity| {
+        let same = coordinates.iter().zip(values).filter(|(other, _)| other.unit == quantity.unit);
         let most = same.fold(0.0, |most: f64, (_, value)| most.max(value.abs()));
-        if unit == "rad" || most < MIN_SCALE { most.max(1.0) } else { most }
+        if quantity.is_angle() || most < MIN_SCALE { most.max(1.0) } else { most }
     };
-    coordinates.iter().map(|coordinate| of(coordinate.unit)).collect()
+    coordinates.iter().map(of_unit).collect()
 }
 
 /// The tangent space of the constraints at a position.

@@ -23,6 +23,7 @@ mod workspace;
 use super::active_set::active_rows;
 use super::nearby::nearby_state;
 use super::{Gradients, distance, solve_once, with_workspace};
+use crate::declaration::Quantity;
 use crate::error::StateError;
 use crate::linalg::norm;
 use crate::model::{ActiveSet, Constraint, ConstraintKind, Constraints, ModelState, StaticTraits, Vector};
@@ -294,14 +295,14 @@ fn violation_tolerance<M: Constraints>(
     if scale == ViolationScale::OnePlusLargest {
         return CONSISTENT * one_plus_largest(values);
     }
-    let of_unit = |unit: &str| {
-        let largest = largest_with_unit::<M>(values, unit);
-        if unit == "rad" { f64::max(largest, least_angle_size) } else { largest }
+    let of_unit = |quantity: &Quantity| {
+        let largest = largest_with_unit::<M>(values, quantity.unit);
+        if quantity.is_angle() { f64::max(largest, least_angle_size) } else { largest }
     };
     // A vanishing gradient has no direction.
     let scale = row_size::<M>(gradient, of_unit).unwrap_or_else(|| one_plus_largest(values));
     CONSISTENT * scale
-        + ZERO_SIZE_TOLERANCE * row_size::<M>(gradient, |unit| model_size(model, unit)).unwrap_or(1.0)
+        + ZERO_SIZE_TOLERANCE * row_size::<M>(gradient, |quantity| model_size(model, quantity)).unwrap_or(1.0)
 }
 
 /// The largest of the values whose coordinates have this unit.
@@ -311,20 +312,20 @@ fn largest_with_unit<M: Constraints>(values: &[f64], unit: &str) -> f64 {
 }
 
 /// The size of what a row involves, Σ |gⱼ| sⱼ / ‖g‖, from sizes by unit; `None` where its gradient vanishes.
-fn row_size<M: Constraints>(gradient: &[f64], of_unit: impl Fn(&str) -> f64) -> Option<f64> {
+fn row_size<M: Constraints>(gradient: &[f64], of_unit: impl Fn(&Quantity) -> f64) -> Option<f64> {
     let steepness = norm(gradient);
     let involved = M::COORDINATES.iter().zip(gradient).filter(|(_, g)| **g != 0.0);
-    let sum: f64 = involved.map(|(coordinate, g)| g.abs() * of_unit(coordinate.unit)).sum();
+    let sum: f64 = involved.map(|(coordinate, g)| g.abs() * of_unit(coordinate)).sum();
     (steepness > 0.0).then_some(sum / steepness)
 }
 
-/// The model's own size of values with a unit: its largest parameter of the same unit, up to 1. It is 1 for
-/// angles, without units, and where there is no such parameter.
-fn model_size<M: Constraints>(model: &M, unit: &str) -> f64 {
-    if unit.is_empty() || unit == "rad" {
+/// The model's own size of values with the unit of a quantity: its largest parameter of this unit, up to 1.
+/// It is 1 for angles, without units, and where there is no such parameter.
+fn model_size<M: Constraints>(model: &M, quantity: &Quantity) -> f64 {
+    if quantity.unit.is_empty() || quantity.is_angle() {
         return 1.0;
     }
-    let same = M::PARAMETERS.iter().enumerate().filter(|(_, parameter)| parameter.unit == unit);
+    let same = M::PARAMETERS.iter().enumerate().filter(|(_, parameter)| parameter.unit == quantity.unit);
     let largest =
         same.filter_map(|(i, _)| model.parameter(i)).fold(0.0, |most, value| f64::max(most, value.abs()));
     if largest > 0.0 { largest.min(1.0) } else { 1.0 }
@@ -334,14 +335,15 @@ fn model_size<M: Constraints>(model: &M, unit: &str) -> f64 {
 /// per unit of time, velocities. It is the model's own size and the largest value of the same unit together.
 #[cfg(feature = "alloc")]
 pub(crate) fn size_along<M: Constraints>(model: &M, values: &[f64], gradient: &[f64]) -> f64 {
-    let of_unit = |unit: &str| model_size(model, unit) + largest_with_unit::<M>(values, unit);
+    let of_unit =
+        |quantity: &Quantity| model_size(model, quantity) + largest_with_unit::<M>(values, quantity.unit);
     row_size::<M>(gradient, of_unit).unwrap_or_else(|| one_plus_largest(values))
 }
 
 /// A lower bound of the [size](size_along) of every row.
 #[cfg(feature = "alloc")]
 pub(crate) fn least_size<M: Constraints>(model: &M) -> f64 {
-    M::COORDINATES.iter().map(|coordinate| model_size(model, coordinate.unit)).fold(1.0, f64::min)
+    M::COORDINATES.iter().map(|coordinate| model_size(model, coordinate)).fold(1.0, f64::min)
 }
 
 /// 1 + |v|∞.

@@ -269,14 +269,23 @@ impl<'w> SpeedSystem<'w> {
     }
 }
 
-/// The largest value among the speeds of the unit of speed `i`, or of its array. Names are all that the model
-/// records about arrays: `w[0]` and `w[1]` belong to one.
+/// The largest value among the speeds of the unit of speed `i`, or of its array.
 fn largest_of_same_kind<M: Constraints>(i: usize, value: impl Fn(usize) -> f64) -> f64 {
-    let array = |name: &'static str| name.split('[').next();
     let speed = &M::SPEEDS[i];
     let is_of_same_kind = |j: &usize| {
         let other = &M::SPEEDS[*j];
-        array(speed.name) == array(other.name) || (!speed.unit.is_empty() && speed.unit == other.unit)
+        declaration_of::<M>(i) == declaration_of::<M>(*j)
+            || (!speed.unit.is_empty() && speed.unit == other.unit)
     };
     (0..M::SPEEDS.len()).filter(is_of_same_kind).map(value).fold(0.0, f64::max)
+}
+
+/// Index of the declaration that speed `i` belongs to. Without lengths every speed has its own.
+fn declaration_of<M: Constraints>(i: usize) -> usize {
+    let mut end = 0;
+    let ends = M::SPEED_LENGTHS.iter().map(|length| {
+        end += length;
+        end
+    });
+    if M::SPEED_LENGTHS.is_empty() { i } else { ends.take_while(|end| *end <= i).count() }
 }

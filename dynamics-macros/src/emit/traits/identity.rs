@@ -4,7 +4,7 @@ use dynamics_symbolic::compile::Compiled;
 use proc_macro2::{Ident, Span, TokenStream};
 use quote::quote;
 
-use super::super::{Surface, local, plain, quiet};
+use super::super::{Slot, Surface, local, plain, quiet};
 
 /// Names and units of the scalars of a model.
 #[derive(Default)]
@@ -47,7 +47,13 @@ pub(in super::super) fn named(surface: &Surface, names: &Names) -> TokenStream {
     let quantity_list = quote!(&'static [#private::Quantity]);
     // Most models have none, and the trait says so.
     let speeds = (!names.speeds.is_empty()).then(|| list(&names.speeds));
-    let speeds = speeds.map(|speeds| quote!(const SPEEDS: #quantity_list = #speeds;));
+    let lengths = surface.speeds.iter().map(Slot::width);
+    let speeds = speeds.map(|speeds| {
+        quote! {
+            const SPEEDS: #quantity_list = #speeds;
+            const SPEED_LENGTHS: &'static [#private::usize] = &[#(#lengths),*];
+        }
+    });
     quote! {
         #speeds
         const COORDINATES: #quantity_list = #coordinates;
