@@ -19,7 +19,7 @@ use core::ops::Index;
 
 pub use crate::declaration::{
     AngleSet, Assumption, AssumptionKind, AssumptionViolation, Block, ConservedKind, ConservedQuantity,
-    Constraint, ConstraintKind, Expansion, Quantity, SolverKind,
+    Constraint, ConstraintKind, Expansion, Quantity, SolverKind, UnitDimension,
 };
 pub use active_set::ActiveSet;
 #[cfg(feature = "alloc")]

@@ -440,7 +440,7 @@ impl<S: ModelState> Section<S> {
     #[must_use]
     pub fn panel(&self, coordinate: &str) -> Option<Panel> {
         let i = self.coordinates.iter().position(|q| q.name == coordinate)?;
-        let Quantity { name, unit } = self.coordinates[i];
+        let Quantity { name, unit, .. } = self.coordinates[i];
         let of = |unit: &str| if unit.is_empty() { String::new() } else { alloc::format!(" in {unit}") };
         let across = alloc::format!("{name}{}", of(unit));
         let upward = alloc::format!(

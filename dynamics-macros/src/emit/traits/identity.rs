@@ -1,5 +1,6 @@
 //! Names, sizes, types and texts.
 
+use dynamics_symbolic::check::units::Unit;
 use dynamics_symbolic::compile::Compiled;
 use proc_macro2::{Ident, Span, TokenStream};
 use quote::quote;
@@ -32,8 +33,24 @@ pub(super) fn quantities<'a>(
     private: &TokenStream,
     named: impl Iterator<Item = (&'a str, &'a str)>,
 ) -> TokenStream {
-    let items = named.map(|(name, unit)| quote!(#private::Quantity { name: #name, unit: #unit }));
+    let items = named.map(|(name, unit)| {
+        let dimension = dimension(private, unit);
+        quote!(#private::Quantity { name: #name, unit: #unit, dimension: #dimension })
+    });
     quote!(&[#(#items),*])
+}
+
+/// The `UnitDimension` of a unit.
+fn dimension(private: &TokenStream, unit: &str) -> TokenStream {
+    let kind = quote!(#private::UnitDimension);
+    let parsed = Unit::parse(unit).ok().flatten();
+    match parsed.and_then(|parsed| parsed.dimension.mechanical_exponents()) {
+        Some(_) if unit == "rad" => quote!(#kind::Angle),
+        Some([length, mass, time]) => {
+            quote!(#kind::Mechanical { length: #length, mass: #mass, time: #time })
+        }
+        None => quote!(#kind::Other),
+    }
 }
 
 /// The names of a model's quantities, as constants of `impl Dynamics`.
