@@ -28,12 +28,12 @@ use crate::error::StateError;
 use crate::linalg::norm;
 use crate::model::{ActiveSet, Constraint, ConstraintKind, Constraints, ModelState, StaticTraits, Vector};
 pub use vanishing_gradient::check_gradients;
-pub(super) use vanishing_gradient::check_memory;
+pub(super) use vanishing_gradient::check_workspace_len;
 use vanishing_gradient::vanishing_row;
 use workspace::AssemblyWorkspace;
-pub(super) use workspace::memory;
 #[cfg(feature = "alloc")]
 pub(crate) use workspace::weigh;
+pub(super) use workspace::workspace_len;
 
 /// Largest violation with which a state counts as consistent: |Φ| / ‖Φ_q‖ in parts of the size of what
 /// the row involves. Coordinates that are given with seven digits leave that much. Projection removes it
@@ -82,10 +82,10 @@ pub(crate) fn check_active_constraints<M: Constraints>(
     if M::IS_UNCONSTRAINED {
         return Ok(());
     }
-    with_workspace::<M, _>(|memory| {
-        check_positions(model, state, &Gradients::of(model, state, memory), scale)?;
-        reject_vanishing_gradient::<M>(vanishing_row(model, state, memory))?;
-        check_velocities(model, state, &Gradients::of(model, state, memory), scale)
+    with_workspace::<M, _>(|workspace| {
+        check_positions(model, state, &Gradients::of(model, state, workspace), scale)?;
+        reject_vanishing_gradient::<M>(vanishing_row(model, state, workspace))?;
+        check_velocities(model, state, &Gradients::of(model, state, workspace), scale)
     })
 }
 
@@ -159,8 +159,8 @@ pub fn check_sides<M: Constraints>(model: &M, state: &M::State) -> Result<(), St
     }
     let slips = model.velocity_residual(state);
     let at_rest = CONSISTENT * one_plus_largest(state.u().as_slice());
-    with_workspace::<M, _>(|memory| {
-        let gradients = Gradients::of(model, state, memory);
+    with_workspace::<M, _>(|workspace| {
+        let gradients = Gradients::of(model, state, workspace);
         let scale = |(row, index): &(usize, usize)| slips[*row] * active_set.side(*index) < 0.0;
         let mut wrong = released_slip_rows::<M>(active_set).filter(scale);
         let wrong = wrong.find(|(row, _)| gradients.distance(*row, slips[*row]) > at_rest);
@@ -203,21 +203,21 @@ pub fn assemble<M: Constraints>(
     if M::IS_UNCONSTRAINED {
         return StateError::check_bodies(model, &state).map(|()| state);
     }
-    with_workspace::<M, _>(|memory| {
+    with_workspace::<M, _>(|workspace| {
         positions::solve(
             model,
             &mut state,
             &given_q[..n],
-            &mut AssemblyWorkspace::new(memory, n, M::ROWS.len()),
+            &mut AssemblyWorkspace::new(workspace, n, M::ROWS.len()),
         )?;
-        reject_vanishing_gradient::<M>(vanishing_row(model, &state, memory))?;
+        reject_vanishing_gradient::<M>(vanishing_row(model, &state, workspace))?;
         let is_open = velocities::solve(
             model,
             &mut state,
             &given_u[..n],
-            &mut AssemblyWorkspace::new(memory, n, M::ROWS.len()),
+            &mut AssemblyWorkspace::new(workspace, n, M::ROWS.len()),
         )?;
-        if is_open { velocities::check_branch(model, &state, &given_u[..n], memory) } else { Ok(()) }
+        if is_open { velocities::check_branch(model, &state, &given_u[..n], workspace) } else { Ok(()) }
     })?;
     StateError::check_bodies(model, &state)?;
     Ok(state)
@@ -232,14 +232,14 @@ pub fn positions_of<M: Constraints>(
 ) -> Result<M::State, StateError> {
     StateError::check_parameters(model)?;
     StateError::check::<M>(&state)?;
-    with_workspace::<M, _>(|memory| {
+    with_workspace::<M, _>(|workspace| {
         positions::solve(
             model,
             &mut state,
             given,
-            &mut AssemblyWorkspace::new(memory, M::COORDINATES.len(), M::ROWS.len()),
+            &mut AssemblyWorkspace::new(workspace, M::COORDINATES.len(), M::ROWS.len()),
         )?;
-        reject_vanishing_gradient::<M>(vanishing_row(model, &state, memory))
+        reject_vanishing_gradient::<M>(vanishing_row(model, &state, workspace))
     })?;
     Ok(state)
 }

@@ -63,15 +63,15 @@ pub(super) fn check_branch<M: Constraints>(
     model: &M,
     state: &M::State,
     given: &[bool],
-    memory: &mut [f64],
+    workspace: &mut [f64],
 ) -> Result<(), StateError> {
     let n = given.len();
     let (Some(nothing_given), Some(nearby_state)) =
-        (NOTHING_GIVEN.get(..n), nearby_on_constraints(model, state, memory))
+        (NOTHING_GIVEN.get(..n), nearby_on_constraints(model, state, workspace))
     else {
         return Ok(());
     };
-    let work = &mut AssemblyWorkspace::new(memory, n, M::ROWS.len());
+    let work = &mut AssemblyWorkspace::new(workspace, n, M::ROWS.len());
     let decompose = |work: &mut AssemblyWorkspace<'_>, at: &M::State, given: &[bool]| {
         work.evaluate(model, at);
         work.weigh();
