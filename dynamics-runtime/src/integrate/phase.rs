@@ -99,6 +99,12 @@ pub(crate) fn zip<V: Vector>(x: &Phase<V>, y: &Phase<V>, combine: impl Fn(f64, f
     out
 }
 
+/// s x, element by element.
+#[inline(always)]
+pub(super) fn scaled<V: Vector>(s: f64, x: &Phase<V>) -> Phase<V> {
+    zip(x, x, |x, _| s * x)
+}
+
 /// x + s y, element by element.
 #[inline(always)]
 pub(crate) fn plus_scaled<V: Vector>(x: &V, s: f64, y: &V) -> V {

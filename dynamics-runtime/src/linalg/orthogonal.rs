@@ -190,8 +190,8 @@ impl<'w> Orthogonal<'w> {
     }
 
     /// The y (k numbers, in the rotated frame: x = Q (y, ·)) that fits A x = b best; `b` (r numbers) becomes
-    /// what is left over, b − A x. `w`: a workspace of r numbers. Where rows are declared redundant, the chosen
-    /// rows are fulfilled exactly: off the constraint manifold the others differ from the rows that they
+    /// what is left over, b − A x. `w`: a workspace of r numbers. Where rows are declared redundant, the
+    /// chosen rows are fulfilled exactly: off the constraint manifold the others differ from the rows that they
     /// repeat, and a weighting would change from one state to the next, like a force that is not smooth.
     pub(crate) fn fit(&self, b: &mut [f64], y: &mut [f64], w: &mut [f64]) {
         let (r, k) = (self.r, self.rank);
@@ -222,7 +222,8 @@ impl<'w> Orthogonal<'w> {
         self.spread(w, b);
     }
 
-    /// The λ (r numbers) of least norm with Aᵀ λ = Q (f, 0); `f` has k numbers. `w`: a workspace of r numbers.
+    /// The λ (r numbers) of least norm with Aᵀ λ = Q (f, 0); `f` has k numbers. `w`: a workspace of r
+    /// numbers.
     pub(crate) fn least_norm(&self, f: &[f64], lambda: &mut [f64], w: &mut [f64]) {
         let (r, k) = (self.r, self.rank);
         if k == r {

@@ -1,4 +1,4 @@
-//! Workspace of the assembly, and the linearised constraints in it: A y = −Φ/s with A = Φ_q/(s w), y = w q.
+//! Workspace of the assembly, and in it the linearised constraints A y = −Φ/s with A = Φ_q/(s w), y = w q.
 
 use crate::constrain::active_set::{active, active_rows};
 use crate::constrain::gradients;

@@ -9,8 +9,8 @@
 //! characteristic times of the mechanism allow it: |q|/|q̇|, √(|q|/|q̈|) and |q̈|/|q⃛|. In a part x of the
 //! least of them a method of order p has a relative error of order x^(p+1) in |q|; the step is the one for
 //! which this is a hundredth of the tolerance, but at most [`MAX_STEP_RATIO`] times the estimate above.
-//! Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.4, "starting step size",
-//! steps a to f, and the function `hinit` of `dopri5.f` by the same authors.
+//! Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.4, "starting step
+//! size", steps a to f, and the function `hinit` of the code `dopri5.f`.
 
 use crate::integrate::phase::zip;
 use crate::integrate::{Phase, StepNode, System, Tolerances};
