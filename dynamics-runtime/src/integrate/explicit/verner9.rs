@@ -93,11 +93,6 @@ impl<V: Vector> Scheme<V> for Verner9<V> {
         Ok(self.end_and_error(y, tolerances))
     }
 
-    #[inline(always)]
-    fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
-        system.accelerations(end_t, &end.q, &end.u)
-    }
-
     fn dense<S: System<V>>(
         &mut self,
         system: &mut S,
