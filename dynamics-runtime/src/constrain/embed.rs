@@ -18,7 +18,9 @@
 //! step: the error is a hundred to two thousand times that of projection on an elliptic trammel that spins,
 //! ten times on pendulums in x and y. See [`Formulation::Embedded`](crate::simulate::Formulation::Embedded).
 
-use super::project::{ConstraintLevel, check_admissible, project_positions, project_velocities};
+use super::project::{
+    ConstraintLevel, check_admissible, is_converged, project_positions, project_velocities,
+};
 use super::system::{ModelTerms, RANK_TOLERANCE, scale_coordinates};
 use super::{Gradients, borrow_workspace, gradients, holds, system_names};
 use crate::error::SolveError;
@@ -179,12 +181,7 @@ impl<M: Constraints> Embedding<M> {
             if !size.is_finite() {
                 return Err(self.not_finite(&residual));
             }
-            // Quadratic convergence predicts the next correction: it would be rounding, or the last one
-            // gained nothing.
-            let next_change = change * (size / last_size);
-            let is_converged =
-                next_change <= 2.0 * f64::EPSILON || (change <= 1e-7 && size >= 0.5 * last_size);
-            if size == 0.0 || (last_size.is_finite() && is_converged) {
+            if size == 0.0 || (last_size.is_finite() && is_converged(change, last_size, size)) {
                 return Ok(true);
             }
             let mut slices = borrow_workspace(workspace, M::Vector::LEN, M::Rows::LEN);
