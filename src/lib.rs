@@ -155,7 +155,7 @@ pub mod __private {
         ActiveSet, AngleSet, Assumption, AssumptionKind, Block, Branches, ConservedKind, ConservedQuantity,
         Constraint, ConstraintKind, Constraints, Dynamics, Energies, Events, Expansion, Kink, Linearize,
         Model, ModelState, Outputs, Parameters, Powers, Quantity, Solved, SolverKind, StateJacobian, Terms,
-        Vector, WideOf,
+        UnitDimension, Vector, WideOf,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::{Drawing, Places, Point};

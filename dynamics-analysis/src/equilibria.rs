@@ -17,7 +17,6 @@
 
 mod balanced_svd;
 mod corner;
-mod displacement;
 mod error;
 mod newton;
 mod rolling;
@@ -32,7 +31,7 @@ use core::fmt;
 
 use dynamics_runtime::constrain::active_rows;
 use dynamics_runtime::constrain::at_time;
-use dynamics_runtime::constrain::{ConstraintReaction, project_positions, reactions, with_workspace};
+use dynamics_runtime::constrain::{ConstraintReaction, reactions};
 use dynamics_runtime::error::{SolveError, StateError};
 use dynamics_runtime::model::{Constraints, ModelState, Powers, Quantity, Vector};
 use nalgebra::DVector;
@@ -45,8 +44,8 @@ pub(crate) use stability::judge;
 pub use stability::{Stability, StabilityVerdict, Undecided};
 
 use crate::LinearizeError;
+use crate::displacement::{displaced, fastest, project};
 use crate::linearize::indices;
-use displacement::{displaced, fastest};
 use newton::EquilibriumSolution;
 pub(super) use search::periodic;
 use statics::excess;
@@ -198,7 +197,7 @@ fn find_holding<M: Constraints>(
     }
     // Newton's method, from the start projected onto the constraints.
     let constants = model.constants().map_err(SolveError::from)?;
-    with_workspace::<M, _>(|workspace| project_positions(model, &constants, &mut start, workspace))?;
+    project(model, &constants, &mut start)?;
     let first = Statics::of(model, &start, &[])?;
     let EquilibriumSolution { state, statics, iterations, uncertainty } = newton::solve(model, start)?;
     // Check that balance is real: no pole of the coordinates, no corner of the forces, and no change with
@@ -346,9 +345,7 @@ fn check_later<M: Constraints>(
 
 /// The state after a time in which velocities stay as they are.
 fn after_time<S: ModelState>(state: &S, after: f64) -> S {
-    let mut later = at_time(state, state.t() + after);
-    later.q_mut().as_mut_slice().iter_mut().zip(state.u().as_slice()).for_each(|(q, u)| *q += after * u);
-    later
+    displaced(&at_time(state, state.t() + after), state.u().as_slice().iter().map(|u| after * u))
 }
 
 /// Times after a state, in s, at which forces are sampled: every twentieth of a second up to 100 s, then in

@@ -19,6 +19,7 @@ extern crate alloc;
 mod analyze;
 mod backbone;
 mod continuation;
+mod displacement;
 mod equilibria;
 mod ladder;
 mod linearize;

@@ -7,7 +7,7 @@
 //! Where the macro found straight-line code for these equations, that code is used
 //! ([`Constraints::solve_unrolled`]). It does not apply where a pivot vanishes, where there is no code for
 //! the constraints that are released, or where constraints repeat each other. There the general solver
-//! (`system.rs`) determines the rank at the state at hand. All functions work in memory that the caller
+//! (`system.rs`) determines the rank at the state at hand. All functions work in a workspace that the caller
 //! lends, [`workspace_len`] numbers of it, and allocate nothing.
 
 pub(crate) mod active_set;
@@ -48,7 +48,7 @@ use active_set::holds;
 use system::{FactoredSystem, GammaResidual, ModelTerms, SystemNames};
 
 use crate::error::SolveError;
-use crate::linalg::{WorkMemory, max_abs};
+use crate::linalg::{WorkspaceSlices, max_abs};
 use crate::model::{Constraints, ModelState, Solved, SolverKind, StaticTraits, Terms, Vector, Workspace};
 
 // Public for dynamics-analysis alone. What users call is exported below.
@@ -60,33 +60,33 @@ pub(crate) mod rank_margin;
 pub use crate::declaration::TopContributors;
 pub use assemble::{assemble, check_gradients, check_sides, check_start, set_sides};
 
-/// Length of the memory that the general solvers need for n coordinates and r constraint rows.
+/// Length of the workspace that the general solvers need for n coordinates and r constraint rows.
 #[must_use]
 pub const fn workspace_len(n: usize, r: usize) -> usize {
     let evaluate_terms = n * n + n + n * r + r;
-    let solving = evaluate_terms + 2 * r + system::memory(n, r);
+    let solving = evaluate_terms + 2 * r + system::workspace_len(n, r);
     largest_of([
         solving,
-        embed::memory(n, r),
-        assemble::memory(n, r),
-        friction::total_memory(n, r),
-        gradients::memory(n, r),
-        assemble::check_memory(n, r),
-        speeds::memory(n, r),
+        embed::workspace_len(n, r),
+        assemble::workspace_len(n, r),
+        friction::total_workspace_len(n, r),
+        gradients::workspace_len(n, r),
+        assemble::check_workspace_len(n, r),
+        speeds::workspace_len(n, r),
     ])
 }
 
-/// Hands out the memory that a caller lends for n coordinates and r constraint rows.
+/// Divides the workspace that a caller lends for n coordinates and r constraint rows.
 ///
 /// # Panics
 /// Where it is shorter than [`workspace_len`]. That is an error of the program, not of its input.
-fn borrow_workspace(workspace: &mut [f64], n: usize, r: usize) -> WorkMemory<'_> {
+fn borrow_workspace(workspace: &mut [f64], n: usize, r: usize) -> WorkspaceSlices<'_> {
     let (needed, given) = (workspace_len(n, r), workspace.len());
     assert!(
         given >= needed,
         "a workspace of {given} numbers for {n} coordinates and {r} rows; give {needed}"
     );
-    WorkMemory::new(workspace)
+    WorkspaceSlices::new(workspace)
 }
 
 /// The largest of some lengths; `Iterator::max` is no `const fn`.
@@ -100,6 +100,10 @@ const fn largest_of<const K: usize>(lengths: [usize; K]) -> usize {
     }
     most
 }
+
+/// Singular values of Φ_q below this part of the largest count as zero. A singular position is itself known
+/// to √ε = 1.5·10⁻⁸ at best, and its zero singular values come out about as large as that.
+const SINGULAR_VALUE_TOLERANCE: f64 = 1e-7;
 
 /// Φ_q a = γ counts as contradictory where the best a leaves a residual above this part of the size of γ.
 /// The bound is well above the residual that the drift of an unstabilized motion leaves on constraints that
@@ -184,8 +188,8 @@ pub fn solve<M: Constraints>(
     }
 }
 
-/// [`solve`] with its own memory. Small workspaces are on the stack, large ones are allocated where the crate
-/// has `alloc`. The generated code needs none.
+/// [`solve`] with its own workspace. Small ones are on the stack, large ones are allocated where the crate has
+/// `alloc`. The generated code needs none.
 ///
 /// # Errors
 /// As [`solve`].
@@ -259,7 +263,7 @@ fn solve_unconstrained<M: Constraints>(
 #[cfg(feature = "alloc")]
 const MAX_STACK_WORKSPACE: usize = 8192;
 
-/// Calls a function with memory of [`workspace_len`].
+/// Calls a function with a workspace of [`workspace_len`] numbers.
 #[cold]
 pub fn with_workspace<M: Constraints, R>(f: impl FnOnce(&mut [f64]) -> R) -> R {
     #[inline(never)]
@@ -350,7 +354,7 @@ fn solve_frictionless<M: Constraints>(
     if factored.system.has_vanished_row {
         // A row is zero. At a change point, where constraints cross, that is regular. Where the row is zero
         // on the whole manifold, the constraint restricts nothing, and the check reports it. The check uses
-        // the same memory, so that the factors are computed again.
+        // the same workspace, so that the factors are computed again.
         check_gradients(model, state, workspace)?;
         let Some(refactored) = FactoredEquations::new(model, state, &active, with_forces, workspace)? else {
             return Ok(undefined());
@@ -458,7 +462,7 @@ impl<'w> FactoredEquations<'w> {
         with_forces: bool,
         workspace: &'w mut [f64],
     ) -> Result<Option<Self>, SolveError> {
-        Self::in_memory(
+        Self::in_workspace(
             model,
             state,
             active,
@@ -467,20 +471,20 @@ impl<'w> FactoredEquations<'w> {
         )
     }
 
-    fn in_memory<M: Constraints>(
+    fn in_workspace<M: Constraints>(
         model: &M,
         state: &M::State,
         active: &dyn Fn(usize) -> bool,
         with_forces: bool,
-        mut memory: WorkMemory<'w>,
+        mut workspace: WorkspaceSlices<'w>,
     ) -> Result<Option<Self>, SolveError> {
-        let usual_lengths = memory.take(M::Rows::LEN);
-        let Some(terms) = evaluate_terms(model, state, active, with_forces, usual_lengths, &mut memory)?
+        let usual_lengths = workspace.take(M::Rows::LEN);
+        let Some(terms) = evaluate_terms(model, state, active, with_forces, usual_lengths, &mut workspace)?
         else {
             return Ok(None);
         };
         let ModelTerms { mass, force, jacobian, gamma } = terms;
-        let gamma_terms = memory.take(M::Rows::LEN);
+        let gamma_terms = workspace.take(M::Rows::LEN);
         for (gamma_terms, row) in gamma_terms.iter_mut().zip(jacobian.chunks_exact(M::Vector::LEN)) {
             *gamma_terms = row.iter().zip(state.u().as_slice()).map(|(x, u)| x.abs() * u * u).sum();
         }
@@ -492,7 +496,7 @@ impl<'w> FactoredEquations<'w> {
             &is_redundant::<M>,
             (redundancy_tolerance, usual_lengths),
             system_names::<M>(),
-            &mut memory,
+            &mut workspace,
         )?;
         Ok(Some(Self { force, gamma, gamma_terms, redundancy_tolerance, system }))
     }
@@ -530,10 +534,10 @@ fn evaluate_terms<'w, M: Constraints>(
     active: &dyn Fn(usize) -> bool,
     with_forces: bool,
     usual_lengths: &mut [f64],
-    memory: &mut WorkMemory<'w>,
+    workspace: &mut WorkspaceSlices<'w>,
 ) -> Result<Option<ModelTerms<'w>>, SolveError> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-    let read = ModelTerms::new(n, r, memory);
+    let read = ModelTerms::new(n, r, workspace);
     let terms = &mut Terms { mass: read.mass, force: read.force, jacobian: read.jacobian, gamma: read.gamma };
     gradients::terms(model, state, terms, usual_lengths);
     if !with_forces {

@@ -7,15 +7,13 @@ mod angle_set;
 mod assumption;
 mod constraint;
 mod top_contributors;
-#[cfg(feature = "alloc")]
 mod unit_dimension;
 
 pub use angle_set::AngleSet;
 pub use assumption::{Assumption, AssumptionKind, AssumptionViolation};
 pub use constraint::{Block, Constraint, ConstraintKind, SolverKind};
 pub use top_contributors::TopContributors;
-#[cfg(feature = "alloc")]
-pub(crate) use unit_dimension::UnitDimension;
+pub use unit_dimension::UnitDimension;
 
 /// A named scalar of a model, with its unit as the user declared it or as it was inferred (`""` where unknown
 /// or 1).
@@ -25,6 +23,22 @@ pub struct Quantity {
     pub name: &'static str,
     /// The unit, for example `m/s^2`.
     pub unit: &'static str,
+    /// What it measures: the dimension of the unit.
+    pub dimension: UnitDimension,
+}
+
+impl Quantity {
+    /// A quantity without unit.
+    #[must_use]
+    pub const fn without_unit(name: &'static str) -> Self {
+        Self { name, unit: "", dimension: UnitDimension::Other }
+    }
+
+    /// Whether it is an angle, declared or inferred in rad.
+    #[must_use]
+    pub fn is_angle(&self) -> bool {
+        self.dimension == UnitDimension::Angle
+    }
 }
 
 /// What kind of quantity is conserved.

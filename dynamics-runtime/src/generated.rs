@@ -262,7 +262,7 @@ mod tests {
 
     #[test]
     fn negative_inertia_is_an_error_of_a_kinetic_energy_alone() {
-        let names = [Quantity { name: "x", unit: "" }];
+        let names = [Quantity::without_unit("x")];
         let pivots = [[-1.0, -1.0]];
         assert!(singular::<true, 1>(&pivots) && !singular::<false, 1>(&pivots));
         let error = name_singular::<true>(&pivots, &[0], &names);
@@ -277,11 +277,7 @@ mod tests {
 
     #[test]
     fn a_vanishing_pivot_is_found_and_named() {
-        let names = [
-            Quantity { name: "x", unit: "" },
-            Quantity { name: "y", unit: "" },
-            Quantity { name: "z", unit: "" },
-        ];
+        let names = ["x", "y", "z"].map(Quantity::without_unit);
         assert!(!singular::<true, 2>(&[[1.0, 2.0], [1e-12, 1.0]]));
         let pivots = [[1.0, 2.0], [-1e-14, 1.0]];
         assert!(singular::<false, 2>(&pivots));

@@ -85,9 +85,9 @@ pub use geometric::{
 pub use gragg_bulirsch_stoer::{FourPointHermite, GraggBulirschStoer};
 pub use implicit::{Collocation, Esdirk4, GeneralizedAlpha, Radau5, RadauInterpolant};
 pub use method::Method;
-#[cfg(feature = "alloc")]
-pub(crate) use phase::zip;
 pub use phase::{Phase, Stages, StepNode};
+#[cfg(feature = "alloc")]
+pub(crate) use phase::{plus_scaled, zip};
 pub use scheme::Scheme;
 pub use step::{Step, StepError, StepFlags, StepOptions, Tolerances};
 pub use stepper::Stepper;

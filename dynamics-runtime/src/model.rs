@@ -19,7 +19,7 @@ use core::ops::Index;
 
 pub use crate::declaration::{
     AngleSet, Assumption, AssumptionKind, AssumptionViolation, Block, ConservedKind, ConservedQuantity,
-    Constraint, ConstraintKind, Expansion, Quantity, SolverKind,
+    Constraint, ConstraintKind, Expansion, Quantity, SolverKind, UnitDimension,
 };
 pub use active_set::ActiveSet;
 #[cfg(feature = "alloc")]
@@ -134,6 +134,9 @@ pub trait Dynamics: Model {
 
     /// The generalized speeds of `#[speeds(..)]` in order, arrays flattened; each is an output as well.
     const SPEEDS: &'static [Quantity] = &[];
+    /// The number of elements of each declared speed in order, 1 or the length of its array. Empty where
+    /// there are no arrays: each speed is then declared by itself.
+    const SPEED_LENGTHS: &'static [usize] = &[];
     /// The generalized speeds w = Y(q,t) q̇ + y(q,t) at a state, written to `values` in the order of
     /// [`Dynamics::SPEEDS`].
     fn speeds(&self, _state: &Self::State, _values: &mut [f64]) {}

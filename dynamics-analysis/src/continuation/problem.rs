@@ -22,6 +22,7 @@ use dynamics_runtime::error::StateError;
 use dynamics_runtime::model::{Constraints, ModelState, Vector};
 use nalgebra::{DMatrix, DVector};
 
+use crate::displacement::displaced;
 use crate::equilibria::{EquilibriumError, FORCE_NOISE_FACTOR, Statics, check_time};
 
 /// Steps of differences by a parameter, as shares of its range, from large to small. With Richardson
@@ -143,7 +144,7 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
         by: &Direction,
     ) -> ContinuationPoint<M::State> {
         let mut next = *place;
-        next.state.q_mut().as_mut_slice().iter_mut().zip(by.q.iter()).for_each(|(q, d)| *q += d);
+        next.state = displaced(&place.state, &by.q);
         (0..self.count).for_each(|k| next.p[k] += by.p[k]);
         next
     }

@@ -59,8 +59,7 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
             let same = (0..q.len()).filter(|j| M::COORDINATES[*j].unit == M::COORDINATES[i].unit);
             same.map(f).fold(0.0, f64::max)
         };
-        let is_zero =
-            |i: &usize| M::COORDINATES[*i].unit != "rad" && of_unit(*i, &|j| q[j].abs()) < ZERO_SIZE;
+        let is_zero = |i: &usize| !M::COORDINATES[*i].is_angle() && of_unit(*i, &|j| q[j].abs()) < ZERO_SIZE;
         let zeros: Vec<usize> = (0..q.len()).filter(is_zero).collect();
         let direction = null_plane(self, balance)
             .map(|[direction, _]| direction)
@@ -126,7 +125,7 @@ impl<M: Constraints> ContinuationProblem<'_, M> {
         let in_fold = self.fold_extent(balance);
         let most = self.largest_stiffness(balance);
         let mut units: Vec<&str> = Vec::new();
-        for quantity in M::COORDINATES.iter().filter(|quantity| quantity.unit != "rad") {
+        for quantity in M::COORDINATES.iter().filter(|quantity| !quantity.is_angle()) {
             if !units.contains(&quantity.unit) {
                 units.push(quantity.unit);
             }

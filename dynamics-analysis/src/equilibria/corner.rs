@@ -9,8 +9,8 @@ use dynamics_runtime::model::{Constraints, Kink, MAX_KINKS, ModelState, Vector};
 use nalgebra::DVector;
 
 use super::EquilibriumError;
-use super::displacement::{displaced, projected, size_in_scales};
 use super::statics::{Statics, scales};
+use crate::displacement::{displaced, projected, size_in_scales};
 
 /// The first distance downhill, in the scales of the coordinates.
 const FIRST_DISTANCE: f64 = 1e-9;
@@ -40,7 +40,7 @@ pub(super) fn downhill_corner<M: Constraints>(
         return Ok(None);
     }
     let direction = direction / size;
-    let state_at = |s: f64| projected(model, constants, displaced(state, &(&direction * s)));
+    let state_at = |s: f64| projected(model, constants, displaced(state, &(&direction * s))).ok();
     // The first change of a branch along it, by doubling and bisection.
     let side = |nearby: &M::State| {
         let mut kinks = [Kink::NONE; MAX_KINKS];

@@ -17,18 +17,17 @@
 
 use alloc::vec::Vec;
 
-use dynamics_runtime::constrain::{project_positions, with_workspace};
 use dynamics_runtime::error::SolveError;
 use dynamics_runtime::model::{Constraints, ModelState, Vector};
 use nalgebra::{DMatrix, DVector};
 
 use super::balanced_svd::BalancedSvd;
-use super::displacement::{displaced, size_in_scales};
 use super::rounding::FORCE_NOISE_FACTOR;
 use super::soft_directions::SoftDirections;
 use super::statics::{Statics, scales};
 use super::{EquilibriumError, corner};
 use crate::LinearizeError;
+use crate::displacement::{displaced, project, size_in_scales};
 
 /// Largest number of iterations. Near a fold and at a pitchfork each takes a half or a third of the error,
 /// for forces that begin with the fifth power a fifth. From 1 to 10⁻¹⁶, the latter needs 165 of them.
@@ -234,10 +233,7 @@ impl<M: Constraints> NewtonIteration<'_, M> {
     /// As [`Self::moved`], after a step of all coordinates.
     fn moved_by(&self, state: &M::State, step: &DVector<f64>) -> Option<M::State> {
         let mut next = displaced(state, step);
-        let taken = with_workspace::<M, _>(|workspace| {
-            project_positions(self.model, &self.constants, &mut next, workspace)
-        });
-        let taken = taken.ok()?;
+        let taken = project(self.model, &self.constants, &mut next).ok()?;
         let size = scales(M::COORDINATES, state.q().as_slice()).into_iter().fold(0.0, f64::max);
         // A projection that is nearly as long as the step leads to another branch of the constraints.
         (taken.change <= 0.5 * step.amax() + 1e-6 * size && next.q().as_slice().iter().all(|q| q.is_finite()))
@@ -280,7 +276,7 @@ impl<M: Constraints> NewtonIteration<'_, M> {
         let allowed = M::COORDINATES
             .iter()
             .zip(scales)
-            .map(|(q, scale)| if q.unit == "rad" { MAX_ANGLE_STEP } else { MAX_STEP_IN_SCALES * scale });
+            .map(|(q, scale)| if q.is_angle() { MAX_ANGLE_STEP } else { MAX_STEP_IN_SCALES * scale });
         change.iter().zip(allowed).fold(1.0, |part: f64, (d, allowed)| part.min(allowed / d.abs()))
     }
 

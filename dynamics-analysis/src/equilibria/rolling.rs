@@ -15,15 +15,15 @@ use alloc::vec::Vec;
 
 use dynamics_runtime::constrain::active_rows;
 use dynamics_runtime::constrain::at_time;
-use dynamics_runtime::constrain::{project_positions, reactions, with_workspace};
+use dynamics_runtime::constrain::reactions;
 use dynamics_runtime::error::SolveError;
 use dynamics_runtime::model::{Constraints, ModelState, Vector};
 use nalgebra::{DMatrix, DVector};
 
-use super::displacement::{displaced, size_in_scales};
 use super::rounding::FORCE_NOISE_FACTOR;
 use super::statics::excess;
 use super::{Equilibrium, EquilibriumError, conditioning, sample_times, vector};
+use crate::displacement::{displaced, project, size_in_scales};
 use crate::linearize::{
     Linearization, LinearizeError, ModelDerivatives, Tangent, assemble, linearize, scales,
 };
@@ -101,7 +101,7 @@ pub(super) fn find<M: Constraints>(
 /// Coordinates whose velocities may be kept: the angles, then those that move at the start, then whichever
 /// the constraints leave independent.
 fn velocity_choices<M: Constraints>(start: &M::State) -> [Vec<usize>; 3] {
-    let angles = (0..M::Vector::LEN).filter(|i| M::COORDINATES[*i].unit == "rad").collect();
+    let angles = (0..M::Vector::LEN).filter(|i| M::COORDINATES[*i].is_angle()).collect();
     let moving = (0..M::Vector::LEN).filter(|i| start.u().as_slice()[*i] != 0.0).collect();
     [angles, moving, Vec::new()]
 }
@@ -157,15 +157,14 @@ impl<M: Constraints> Rolling<'_, M> {
             let residual = self.model.residual(state);
             let missed = active_rows::<M>(state.active_set(), true).map(|row| residual.as_slice()[row]);
             let change = tangent.particular(&DMatrix::from_iterator(derivatives.holonomic, 1, missed));
-            state.q_mut().as_mut_slice().iter_mut().zip(change.iter()).for_each(|(q, d)| *q += d);
-            if self.relative_change(state, &change.column(0).into_owned()) <= f64::EPSILON {
+            let change = change.column(0).into_owned();
+            *state = displaced(state, &change);
+            if self.relative_change(state, &change) <= f64::EPSILON {
                 break;
             }
         }
         // The rest is rounding. A longer way back means that the corrections failed.
-        let taken = with_workspace::<M, _>(|workspace| {
-            project_positions(self.model, &self.constants, state, workspace)
-        })?;
+        let taken = project(self.model, &self.constants, state)?;
         if taken.change > MAX_PROJECTION {
             let (row, distance) = (M::ROWS[0].name, taken.change);
             return Err(

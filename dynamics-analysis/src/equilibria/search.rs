@@ -10,9 +10,9 @@ use dynamics_runtime::constrain::assemble::positions_of;
 use dynamics_runtime::constrain::at_time;
 use dynamics_runtime::model::{Constraints, ModelState, Vector};
 
-use super::displacement::fastest;
 use super::statics::{model_terms, scales};
 use super::{Equilibrium, EquilibriumError, EquilibriumOptions, find_holding};
+use crate::displacement::fastest;
 use crate::linearize::indices;
 use crate::random_numbers::RandomNumbers;
 
@@ -315,7 +315,7 @@ fn principal(angle: f64) -> f64 {
 /// Coordinates that are angles (rad, or without unit) on which mass, forces and constraints depend with
 /// period 2π: at three random states, a turn leaves all of them as they are, to rounding.
 pub(crate) fn periodic<M: Constraints>(model: &M, around: &M::State) -> Vec<bool> {
-    let mut found: Vec<bool> = M::COORDINATES.iter().map(|q| q.unit == "rad" || q.unit.is_empty()).collect();
+    let mut found: Vec<bool> = M::COORDINATES.iter().map(|q| q.is_angle() || q.unit.is_empty()).collect();
     let read = |state: &M::State| {
         let [mass, force, jacobian, gamma] = model_terms(model, state);
         let (positions, rates) = (model.residual(state), model.velocity_residual(state));

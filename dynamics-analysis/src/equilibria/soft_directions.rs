@@ -15,9 +15,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::EquilibriumError;
 use super::balanced_svd::BalancedSvd;
-use super::displacement::{displaced, projected, size_in_scales};
 use super::rounding::FORCE_NOISE_FACTOR;
 use super::statics::{Statics, scales};
+use crate::displacement::{displaced, projected, size_in_scales};
 
 /// Directions whose singular value of the balanced K is below this share of the largest are soft and are
 /// followed. A larger value follows directions that K describes well, which costs time. A smaller one trusts
@@ -206,7 +206,7 @@ impl<M: Constraints> SoftDirections<'_, M> {
         let mut last = f64::INFINITY;
         for _ in 0..MAX_CORRECTIONS {
             let all = &self.statics.tangent.positions * &step;
-            let Some(nearby) = projected(self.model, &constants, displaced(self.state, &all)) else {
+            let Ok(nearby) = projected(self.model, &constants, displaced(self.state, &all)) else {
                 return Ok(None);
             };
             let Ok(there) = Statics::of(self.model, &nearby, &self.statics.tangent.coordinates) else {

@@ -31,11 +31,11 @@ use nalgebra::{Complex, DMatrix, DVector};
 use energy_change::{EnergyChange, energy_change};
 pub use verdict::{Stability, StabilityVerdict, Undecided};
 
-use super::displacement::{displaced, projected};
 use super::newton::position_uncertainty;
 use super::rounding::clear_rounding;
 use super::statics::{Statics, model_terms, scales};
 use super::{EquilibriumError, check_persists};
+use crate::displacement::{displaced, projected};
 use crate::linearize::{Linearization, LinearizeError, eigenvector, linearize, matrix_eigenvalues};
 
 /// Displacements, in the scales of the coordinates, with whose inertia that of a state is compared to find a
@@ -136,7 +136,7 @@ fn check_no_pole<M: Constraints>(model: &M, state: &M::State) -> Result<(), Equi
         let step = DVector::from_fn(scales.len(), |i, _| scales[i] * spread(i));
         // Where no position fulfils the constraints, there is no sample.
         let there = projected(model, &constants, displaced(state, &step));
-        let Some(there) = there.and_then(|at| Statics::of(model, &at, &[]).ok()) else { continue };
+        let Some(there) = there.ok().and_then(|at| Statics::of(model, &at, &[]).ok()) else { continue };
         if let Some(along) = here.pole(&there) {
             return Err(EquilibriumError::Pole { coordinate: M::COORDINATES[along.iamax()].name });
         }
@@ -244,17 +244,14 @@ fn stiffness_uncertainty<M: Constraints>(
     for (j, coordinate) in order.iter().enumerate() {
         let mut slope = here.stiffness.map(|_| 0.0);
         // Half of a length: a radius does not reach zero, where forces have a pole.
-        let reach = if M::COORDINATES[*coordinate].unit == "rad" { 1.0 } else { 0.5 };
+        let reach = if M::COORDINATES[*coordinate].is_angle() { 1.0 } else { 0.5 };
         let [middle, near] = STIFFNESS_PROBES;
         for part in [-reach, -middle, -near, near, middle, reach] {
             let step = part * scales[*coordinate];
             let nearby = displaced(state, &(here.tangent.positions.column(j) * step));
             // Where no position fulfils the constraints, or no force is finite, there is no sample.
-            let there =
-                projected(model, &constants, nearby).and_then(|at| Statics::of(model, &at, &order).ok());
-            let Some(there) = there else {
-                continue;
-            };
+            let there = projected(model, &constants, nearby).ok();
+            let Some(there) = there.and_then(|at| Statics::of(model, &at, &order).ok()) else { continue };
             if there.tangent.coordinates != order {
                 continue;
             }

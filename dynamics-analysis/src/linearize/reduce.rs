@@ -10,12 +10,12 @@ use alloc::vec::Vec;
 
 use dynamics_runtime::constrain::RANK_TOLERANCE;
 use dynamics_runtime::constrain::active_rows;
-use dynamics_runtime::constrain::{project_positions, with_workspace};
 use dynamics_runtime::model::{Constraints, ModelState, Quantity, Vector};
 use dynamics_view::suggest;
 use nalgebra::DMatrix;
 
 use super::LinearizeError;
+use crate::displacement::{displaced, projected};
 
 /// Coordinates by name.
 pub(crate) fn indices<M: Constraints>(names: &[&str]) -> Result<Vec<usize>, LinearizeError> {
@@ -58,12 +58,12 @@ const MIN_SCALE: f64 = 1e-12;
 /// The scale of each coordinate: the largest value among the coordinates of its unit; at least 1 rad for
 /// angles; 1 if all are 0.
 pub(crate) fn scales(coordinates: &[Quantity], values: &[f64]) -> Vec<f64> {
-    let of = |unit: &str| {
-        let same = coordinates.iter().zip(values).filter(|(coordinate, _)| coordinate.unit == unit);
+    let of_unit = |quantity: &Quantity| {
+        let same = coordinates.iter().zip(values).filter(|(other, _)| other.unit == quantity.unit);
         let most = same.fold(0.0, |most: f64, (_, value)| most.max(value.abs()));
-        if unit == "rad" || most < MIN_SCALE { most.max(1.0) } else { most }
+        if quantity.is_angle() || most < MIN_SCALE { most.max(1.0) } else { most }
     };
-    coordinates.iter().map(|coordinate| of(coordinate.unit)).collect()
+    coordinates.iter().map(of_unit).collect()
 }
 
 /// The tangent space of the constraints at a position.
@@ -252,7 +252,6 @@ pub(super) fn refuse_singular<M: Constraints>(
     let mut any_position = tangent.coordinates.is_empty();
     let directions = 0..tangent.coordinates.len().min(MAX_RANK_DIRECTIONS);
     for (main, sign) in directions.flat_map(|main| [(main, 1.0), (main, -1.0)]) {
-        let mut nearby = *state;
         // Mostly one independent coordinate, and a little of the others, so that no symmetry of the model
         // hides the difference.
         let size = |k: usize| RANK_COMPARISON_DISTANCE * scales[tangent.coordinates[k]];
@@ -260,17 +259,13 @@ pub(super) fn refuse_singular<M: Constraints>(
             |k: usize| sign * size(k) * if k == main { 1.0 } else { OFF_AXIS_SHARE / (1.0 + k as f64) };
         let weights = nalgebra::DVector::from_fn(tangent.coordinates.len(), |k, _| step(k));
         let change = &tangent.positions * weights;
-        for (q, d) in nearby.q_mut().as_mut_slice().iter_mut().zip(change.iter()) {
-            *q += d;
-        }
         // If there is no other position on this side, the other side or the other coordinates decide.
-        let found =
-            with_workspace::<M, _>(|workspace| project_positions(model, &constants, &mut nearby, workspace));
+        let Ok(nearby) = projected(model, &constants, displaced(state, &change)) else { continue };
         let moved = |k: usize| {
             let i = tangent.coordinates[k];
             (nearby.q().as_slice()[i] - state.q().as_slice()[i]).abs() / size(k)
         };
-        if found.is_err() || (0..tangent.coordinates.len()).map(moved).fold(0.0, f64::max) < MIN_MOVED_SHARE {
+        if (0..tangent.coordinates.len()).map(moved).fold(0.0, f64::max) < MIN_MOVED_SHARE {
             continue;
         }
         any_position = true;

@@ -7,13 +7,14 @@
 
 use dynamics_runtime::constrain::active_rows;
 use dynamics_runtime::constrain::at_time;
-use dynamics_runtime::constrain::{project_positions, solve_once, with_workspace};
+use dynamics_runtime::constrain::solve_once;
 use dynamics_runtime::model::{Constraints, ModelState, Vector};
 use nalgebra::{DMatrix, DVector};
 
 use super::reduce::Tangent;
 use super::spectrum::drop_rounding;
 use super::{Linearization, LinearizeError, ModelDerivatives, assemble};
+use crate::displacement::{displaced, projected};
 
 /// Largest acceleration at rest, relative to the acceleration that a displacement or velocity by its own size
 /// (at least 1) would cause. It is about the error of an equilibrium from an iteration, or typed in with nine
@@ -138,11 +139,9 @@ pub(crate) fn state_after<M: Constraints>(
     // used.
     let all = DVector::from_column_slice(solved.accelerations.as_slice());
     let dependent = &all - &tangent.velocities * all.select_rows(&tangent.rates);
-    let mut later = at_time(state, state.t() + after);
-    for i in 0..M::Vector::LEN {
-        later.q_mut().as_mut_slice()[i] += after * (state.u().as_slice()[i] + 0.5 * after * dependent[i]);
-    }
-    with_workspace::<M, _>(|workspace| project_positions(model, &constants, &mut later, workspace)).ok()?;
+    let step = state.u().as_slice().iter().zip(&dependent).map(|(u, a)| after * (u + 0.5 * after * a));
+    let later = displaced(&at_time(state, state.t() + after), step);
+    let mut later = projected(model, &constants, later).ok()?;
     let same = [tangent.coordinates.as_slice(), &tangent.rates];
     let at = |state: &M::State| {
         let derivatives = ModelDerivatives::of(model, state).ok()?;

@@ -16,7 +16,7 @@
 
 use alloc::vec::Vec;
 
-use dynamics_runtime::constrain::{project_positions, solve_once, with_workspace};
+use dynamics_runtime::constrain::solve_once;
 use dynamics_runtime::error::SolveError;
 use dynamics_runtime::model::{ModelState, Parameters, Quantity, Vector};
 use dynamics_runtime::simulate::Simulate;
@@ -25,6 +25,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 use super::equations::{by_parameter, differences, step};
 use super::sensitivity_error::SensitivityError;
 use super::variable::{Variable, VariableError, moved};
+use crate::displacement::{displaced, project, projected};
 use crate::equilibria::{EquilibriumOptions, find};
 use crate::linearize::{Linearization, linearize};
 use crate::vibration::MIN_SQUARED_FREQUENCY;
@@ -121,8 +122,7 @@ fn check_time_dependence<M: Simulate + Parameters + Clone>(
     let h = step(value.ok_or(SensitivityError::NoParameterValue { name: M::PARAMETERS[parameter].name })?);
     for by in [0.0, h, -h] {
         let Some(neighbour) = moved(model, parameter, by) else { continue };
-        let mut start = *state;
-        start.q_mut().as_mut_slice().iter_mut().zip(change.by.iter()).for_each(|(q, d)| *q += by * d);
+        let start = displaced(state, change.by.iter().map(|d| by * d));
         // Other errors of the search, for example of an invalid value, have no effect on the derivative.
         match find(&neighbour, &start, EquilibriumOptions { moving, ..EquilibriumOptions::REST }) {
             Err(error) if error.is_of_time() => return Err(error.into()),
@@ -198,9 +198,7 @@ fn stiffness_sizes<M: Simulate + Parameters + Clone>(
             let part = 0.5 + (0.618_033_988_749_895 * (i + 1) as f64).fract();
             other.set_parameter(i, model.parameter(i)? * (1.0 + by * part));
         }
-        let (constants, mut state) = (other.constants().ok()?, *state);
-        with_workspace::<M, _>(|workspace| project_positions(&other, &constants, &mut state, workspace))
-            .ok()?;
+        let state = projected(&other, &other.constants().ok()?, *state).ok()?;
         Some((linearize(&other, &state, &names).ok()?.stiffness - &linear.stiffness) / by)
     };
     // If the changed models are invalid, |K| remains.
@@ -263,8 +261,7 @@ fn on_constraints<M: Simulate>(
     let mut moved = *state;
     // A projection moves all coordinates. The change of the independent ones is undone along the constraints.
     for _ in 0..PROJECTION_ROUNDS {
-        with_workspace::<M, _>(|workspace| project_positions(model, &constants, &mut moved, workspace))
-            .map_err(failed)?;
+        project(model, &constants, &mut moved).map_err(failed)?;
         let mut off = DVector::zeros(linear.coordinates.len());
         for (k, q) in linear.coordinates.iter().enumerate() {
             let i = index::<M>(q.name).filter(|i| held.contains(i));
@@ -274,11 +271,9 @@ fn on_constraints<M: Simulate>(
             break;
         }
         let back = &linear.shape * off;
-        moved.q_mut().as_mut_slice().iter_mut().zip(back.iter()).for_each(|(q, d)| *q -= d);
+        moved = displaced(&moved, &-back);
     }
-    with_workspace::<M, _>(|workspace| project_positions(model, &constants, &mut moved, workspace))
-        .map_err(failed)?;
-    Ok(moved)
+    projected(model, &constants, moved).map_err(failed)
 }
 
 /// See [`Vary::frequencies_by`](crate::Vary::frequencies_by).
@@ -301,11 +296,8 @@ pub(super) fn frequencies_by<M: Simulate + Parameters + Clone>(
         let moved = moved(model, index, by)
             .ok_or(SensitivityError::NoParameterValue { name: M::PARAMETERS[index].name })?;
         let constants = moved.constants().map_err(SolveError::from).map_err(failed)?;
-        let mut state = *state;
-        let shift = change.by.iter().map(|x| x * by);
-        state.q_mut().as_mut_slice().iter_mut().zip(shift).for_each(|(q, d)| *q += d);
-        with_workspace::<M, _>(|workspace| project_positions(&moved, &constants, &mut state, workspace))
-            .map_err(failed)?;
+        let nearby = displaced(state, change.by.iter().map(|x| x * by));
+        let state = projected(&moved, &constants, nearby).map_err(failed)?;
         // The linear change is in balance to first order of the step only. The search removes the rest.
         let state = crate::equilibria::equilibrium(&moved, &state)?.state;
         let nearby = linearize(&moved, &state, &names)?;

@@ -40,6 +40,7 @@ use super::equations::{self, differences};
 use super::sensitivity_error::SensitivityError;
 use super::sweep::RunFailure;
 use super::variable::{Variable, VariableError};
+use crate::displacement::moved_along;
 use crate::linearize::scales;
 
 /// A function that sets options of the simulation.
@@ -349,10 +350,7 @@ impl<M: Simulate + Parameters + Clone> Sensitivities<'_, M> {
         variable: Variable,
         by: f64,
     ) -> Result<DVector<f64>, SensitivityError> {
-        let n = M::Vector::LEN;
-        let mut state = *state;
-        state.q_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, q)| *q += by * column[i]);
-        state.u_mut().as_mut_slice().iter_mut().enumerate().for_each(|(i, u)| *u += by * column[n + i]);
+        let state = moved_along(state, column, by);
         let state = if self.motion.has_law() { self.motion.complete(state) } else { state };
         let mut values = alloc::vec![0.0; M::OUTPUTS.len()];
         let model = self.motion.model();

@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::PeriodicError;
 use super::flow::Flow;
+use crate::displacement::moved_along;
 use crate::linearize::{ModelDerivatives, Tangent, scales};
 
 /// Largest size of a coordinate's motion, over all coordinates, at which a motion counts as at rest. The
@@ -90,11 +91,7 @@ impl Frame {
         state: &M::State,
         by: &DVector<f64>,
     ) -> Result<M::State, PeriodicError> {
-        let n = M::Vector::LEN;
-        let change = &self.basis * by;
-        let mut moved = *state;
-        moved.q_mut().as_mut_slice().iter_mut().zip(change.rows(0, n).iter()).for_each(|(q, d)| *q += d);
-        moved.u_mut().as_mut_slice().iter_mut().zip(change.rows(n, n).iter()).for_each(|(u, d)| *u += d);
+        let mut moved = moved_along(state, &(&self.basis * by), 1.0);
         if !M::ROWS.is_empty() {
             flow.project(&mut moved)?;
         }

@@ -15,6 +15,7 @@ use dynamics_view::{Axis, Panel};
 use super::frame::stacked;
 use super::symmetry::{EQUAL_ACCELERATIONS, MIN_ACCELERATION_SCALE};
 use super::{PeriodicError, check, index, positive};
+use crate::displacement::displaced;
 
 /// Distance from the section at which the equations are compared for folding, in parts of the fold and of the
 /// mean time between points. It is no simple fraction, so no term of the equations vanishes there by
@@ -237,7 +238,7 @@ impl<'m, M: Simulate> Poincare<'m, M> {
             let mut nearby = *point;
             if M::ROWS.is_empty() {
                 let moved = point.u().as_slice().iter().map(|u| COMPARISON_PHASE * apart * u);
-                nearby.q_mut().as_mut_slice().iter_mut().zip(moved).for_each(|(q, by)| *q += by);
+                nearby = displaced(point, moved);
                 nearby.q_mut()[coordinate] += COMPARISON_PHASE * by;
             }
             let mut further = nearby;
@@ -439,7 +440,7 @@ impl<S: ModelState> Section<S> {
     #[must_use]
     pub fn panel(&self, coordinate: &str) -> Option<Panel> {
         let i = self.coordinates.iter().position(|q| q.name == coordinate)?;
-        let Quantity { name, unit } = self.coordinates[i];
+        let Quantity { name, unit, .. } = self.coordinates[i];
         let of = |unit: &str| if unit.is_empty() { String::new() } else { alloc::format!(" in {unit}") };
         let across = alloc::format!("{name}{}", of(unit));
         let upward = alloc::format!(

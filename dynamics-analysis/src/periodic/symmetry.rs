@@ -20,6 +20,7 @@ use super::PeriodicError;
 use super::corners::slope;
 use super::flow::Flow;
 use super::frame::{Frame, direction};
+use crate::displacement::{displaced, moved_along};
 
 /// Times at which accelerations are compared with those of a state, in periods. They are no simple fractions,
 /// so that equations with a fraction of the period do not look autonomous.
@@ -97,8 +98,7 @@ pub(super) fn is_autonomous<M: Constraints>(
             .iter()
             .all(|part| at(flow, &nearby, state.t() + part * period).as_ref() == Some(&now));
         // One period later, with the advance of the coordinates.
-        let mut further = nearby;
-        further.q_mut().as_mut_slice().iter_mut().zip(advance.iter()).for_each(|(q, by)| *q += by);
+        let further = displaced(&nearby, advance);
         let Some(then) = at(flow, &further, state.t() + period) else { continue };
         let mut differs: Vec<f64> = now.iter().zip(&then).map(|(a, b)| (a - b).abs()).collect();
         // If something jumps at this very time, rounding decides the side of each. A real difference exists a
@@ -210,7 +210,7 @@ impl Conserved {
         let gradient = |index: usize| {
             DVector::from_fn(frame.len(), |k, _| {
                 let (along, step) = unit_step(&frame.basis.column(k).into_owned(), sizes);
-                slope(step, |by| value(index, &shifted(state, &along, by)))
+                slope(step, |by| value(index, &moved_along(state, &along, by)))
             })
         };
         self.quantities.iter().enumerate().map(|(index, of)| (gradient(index), *of)).collect()
@@ -221,15 +221,6 @@ impl Conserved {
 fn unit_step(along: &DVector<f64>, sizes: &DVector<f64>) -> (DVector<f64>, f64) {
     let largest = along.iter().zip(sizes.iter()).fold(0.0, |most: f64, (x, size)| most.max(x.abs() / size));
     (along.clone(), GRADIENT_STEP / largest.max(f64::MIN_POSITIVE))
-}
-
-/// A state moved along a direction of q and q̇.
-fn shifted<S: ModelState>(state: &S, along: &DVector<f64>, by: f64) -> S {
-    let n = along.len() / 2;
-    let mut moved = *state;
-    (0..n).for_each(|i| moved.q_mut()[i] += by * along[i]);
-    (0..n).for_each(|i| moved.u_mut()[i] += by * along[n + i]);
-    moved
 }
 
 /// The directions in which the monodromy matrix has to be 1, and is, within its error.
@@ -300,7 +291,7 @@ pub(super) fn form<M: Constraints>(
     let momenta: Vec<Vec<f64>> = (0..frame.len())
         .map(|k| {
             let (along, step) = unit_step(&frame.basis.column(k).into_owned(), sizes);
-            (0..n).map(|i| slope(step, |by| model.momenta(&shifted(state, &along, by))[i])).collect()
+            (0..n).map(|i| slope(step, |by| model.momenta(&moved_along(state, &along, by))[i])).collect()
         })
         .collect();
     let half = |a: usize, b: usize| (0..n).map(|i| frame.basis[(i, a)] * momenta[b][i]).sum::<f64>();

@@ -5,13 +5,13 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::f64::consts::TAU;
 
-use dynamics_runtime::constrain::{project_positions, with_workspace};
 use dynamics_runtime::model::names;
 use dynamics_runtime::model::{Constraints, Draw, ModelState, Outputs, Vector};
 use dynamics_view::{Drawing, Film};
 use nalgebra::{Complex, DVector};
 
 use super::VibrationError;
+use crate::displacement::projected;
 use crate::linearize::Mode;
 
 /// An animation of a mode: two periods of q + Re(amplitude · shape e^{iωt}), without its damping. Positions
@@ -67,14 +67,8 @@ impl<'m, M: Constraints + Outputs + Draw> ModeAnimation<'m, M> {
             state.q_mut().as_mut_slice()[i] += (shape * phasor).re;
             state.u_mut().as_mut_slice()[i] += (shape * phasor * Complex::new(0.0, self.frequency)).re;
         }
-        let mut projected = state;
         let constants = self.model.constants().ok();
-        let result = constants.map(|constants| {
-            with_workspace::<M, _>(|workspace| {
-                project_positions(self.model, &constants, &mut projected, workspace)
-            })
-        });
-        if result.is_some_and(|result| result.is_ok()) { projected } else { state }
+        constants.and_then(|constants| projected(self.model, &constants, state).ok()).unwrap_or(state)
     }
 }
 

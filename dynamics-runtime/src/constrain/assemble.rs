@@ -23,16 +23,17 @@ mod workspace;
 use super::active_set::active_rows;
 use super::nearby::nearby_state;
 use super::{Gradients, distance, solve_once, with_workspace};
+use crate::declaration::Quantity;
 use crate::error::StateError;
 use crate::linalg::norm;
 use crate::model::{ActiveSet, Constraint, ConstraintKind, Constraints, ModelState, StaticTraits, Vector};
 pub use vanishing_gradient::check_gradients;
-pub(super) use vanishing_gradient::check_memory;
+pub(super) use vanishing_gradient::check_workspace_len;
 use vanishing_gradient::vanishing_row;
 use workspace::AssemblyWorkspace;
-pub(super) use workspace::memory;
 #[cfg(feature = "alloc")]
 pub(crate) use workspace::weigh;
+pub(super) use workspace::workspace_len;
 
 /// Largest violation with which a state counts as consistent: |Φ| / ‖Φ_q‖ in parts of the size of what
 /// the row involves. Coordinates that are given with seven digits leave that much. Projection removes it
@@ -81,10 +82,10 @@ pub(crate) fn check_active_constraints<M: Constraints>(
     if M::IS_UNCONSTRAINED {
         return Ok(());
     }
-    with_workspace::<M, _>(|memory| {
-        check_positions(model, state, &Gradients::of(model, state, memory), scale)?;
-        reject_vanishing_gradient::<M>(vanishing_row(model, state, memory))?;
-        check_velocities(model, state, &Gradients::of(model, state, memory), scale)
+    with_workspace::<M, _>(|workspace| {
+        check_positions(model, state, &Gradients::of(model, state, workspace), scale)?;
+        reject_vanishing_gradient::<M>(vanishing_row(model, state, workspace))?;
+        check_velocities(model, state, &Gradients::of(model, state, workspace), scale)
     })
 }
 
@@ -158,8 +159,8 @@ pub fn check_sides<M: Constraints>(model: &M, state: &M::State) -> Result<(), St
     }
     let slips = model.velocity_residual(state);
     let at_rest = CONSISTENT * one_plus_largest(state.u().as_slice());
-    with_workspace::<M, _>(|memory| {
-        let gradients = Gradients::of(model, state, memory);
+    with_workspace::<M, _>(|workspace| {
+        let gradients = Gradients::of(model, state, workspace);
         let scale = |(row, index): &(usize, usize)| slips[*row] * active_set.side(*index) < 0.0;
         let mut wrong = released_slip_rows::<M>(active_set).filter(scale);
         let wrong = wrong.find(|(row, _)| gradients.distance(*row, slips[*row]) > at_rest);
@@ -202,21 +203,21 @@ pub fn assemble<M: Constraints>(
     if M::IS_UNCONSTRAINED {
         return StateError::check_bodies(model, &state).map(|()| state);
     }
-    with_workspace::<M, _>(|memory| {
+    with_workspace::<M, _>(|workspace| {
         positions::solve(
             model,
             &mut state,
             &given_q[..n],
-            &mut AssemblyWorkspace::new(memory, n, M::ROWS.len()),
+            &mut AssemblyWorkspace::new(workspace, n, M::ROWS.len()),
         )?;
-        reject_vanishing_gradient::<M>(vanishing_row(model, &state, memory))?;
+        reject_vanishing_gradient::<M>(vanishing_row(model, &state, workspace))?;
         let is_open = velocities::solve(
             model,
             &mut state,
             &given_u[..n],
-            &mut AssemblyWorkspace::new(memory, n, M::ROWS.len()),
+            &mut AssemblyWorkspace::new(workspace, n, M::ROWS.len()),
         )?;
-        if is_open { velocities::check_branch(model, &state, &given_u[..n], memory) } else { Ok(()) }
+        if is_open { velocities::check_branch(model, &state, &given_u[..n], workspace) } else { Ok(()) }
     })?;
     StateError::check_bodies(model, &state)?;
     Ok(state)
@@ -231,14 +232,14 @@ pub fn positions_of<M: Constraints>(
 ) -> Result<M::State, StateError> {
     StateError::check_parameters(model)?;
     StateError::check::<M>(&state)?;
-    with_workspace::<M, _>(|memory| {
+    with_workspace::<M, _>(|workspace| {
         positions::solve(
             model,
             &mut state,
             given,
-            &mut AssemblyWorkspace::new(memory, M::COORDINATES.len(), M::ROWS.len()),
+            &mut AssemblyWorkspace::new(workspace, M::COORDINATES.len(), M::ROWS.len()),
         )?;
-        reject_vanishing_gradient::<M>(vanishing_row(model, &state, memory))
+        reject_vanishing_gradient::<M>(vanishing_row(model, &state, workspace))
     })?;
     Ok(state)
 }
@@ -294,14 +295,14 @@ fn violation_tolerance<M: Constraints>(
     if scale == ViolationScale::OnePlusLargest {
         return CONSISTENT * one_plus_largest(values);
     }
-    let of_unit = |unit: &str| {
-        let largest = largest_with_unit::<M>(values, unit);
-        if unit == "rad" { f64::max(largest, least_angle_size) } else { largest }
+    let of_unit = |quantity: &Quantity| {
+        let largest = largest_with_unit::<M>(values, quantity.unit);
+        if quantity.is_angle() { f64::max(largest, least_angle_size) } else { largest }
     };
     // A vanishing gradient has no direction.
     let scale = row_size::<M>(gradient, of_unit).unwrap_or_else(|| one_plus_largest(values));
     CONSISTENT * scale
-        + ZERO_SIZE_TOLERANCE * row_size::<M>(gradient, |unit| model_size(model, unit)).unwrap_or(1.0)
+        + ZERO_SIZE_TOLERANCE * row_size::<M>(gradient, |quantity| model_size(model, quantity)).unwrap_or(1.0)
 }
 
 /// The largest of the values whose coordinates have this unit.
@@ -311,20 +312,20 @@ fn largest_with_unit<M: Constraints>(values: &[f64], unit: &str) -> f64 {
 }
 
 /// The size of what a row involves, Σ |gⱼ| sⱼ / ‖g‖, from sizes by unit; `None` where its gradient vanishes.
-fn row_size<M: Constraints>(gradient: &[f64], of_unit: impl Fn(&str) -> f64) -> Option<f64> {
+fn row_size<M: Constraints>(gradient: &[f64], of_unit: impl Fn(&Quantity) -> f64) -> Option<f64> {
     let steepness = norm(gradient);
     let involved = M::COORDINATES.iter().zip(gradient).filter(|(_, g)| **g != 0.0);
-    let sum: f64 = involved.map(|(coordinate, g)| g.abs() * of_unit(coordinate.unit)).sum();
+    let sum: f64 = involved.map(|(coordinate, g)| g.abs() * of_unit(coordinate)).sum();
     (steepness > 0.0).then_some(sum / steepness)
 }
 
-/// The model's own size of values with a unit: its largest parameter of the same unit, up to 1. It is 1 for
-/// angles, without units, and where there is no such parameter.
-fn model_size<M: Constraints>(model: &M, unit: &str) -> f64 {
-    if unit.is_empty() || unit == "rad" {
+/// The model's own size of values with the unit of a quantity: its largest parameter of this unit, up to 1.
+/// It is 1 for angles, without units, and where there is no such parameter.
+fn model_size<M: Constraints>(model: &M, quantity: &Quantity) -> f64 {
+    if quantity.unit.is_empty() || quantity.is_angle() {
         return 1.0;
     }
-    let same = M::PARAMETERS.iter().enumerate().filter(|(_, parameter)| parameter.unit == unit);
+    let same = M::PARAMETERS.iter().enumerate().filter(|(_, parameter)| parameter.unit == quantity.unit);
     let largest =
         same.filter_map(|(i, _)| model.parameter(i)).fold(0.0, |most, value| f64::max(most, value.abs()));
     if largest > 0.0 { largest.min(1.0) } else { 1.0 }
@@ -334,14 +335,15 @@ fn model_size<M: Constraints>(model: &M, unit: &str) -> f64 {
 /// per unit of time, velocities. It is the model's own size and the largest value of the same unit together.
 #[cfg(feature = "alloc")]
 pub(crate) fn size_along<M: Constraints>(model: &M, values: &[f64], gradient: &[f64]) -> f64 {
-    let of_unit = |unit: &str| model_size(model, unit) + largest_with_unit::<M>(values, unit);
+    let of_unit =
+        |quantity: &Quantity| model_size(model, quantity) + largest_with_unit::<M>(values, quantity.unit);
     row_size::<M>(gradient, of_unit).unwrap_or_else(|| one_plus_largest(values))
 }
 
 /// A lower bound of the [size](size_along) of every row.
 #[cfg(feature = "alloc")]
 pub(crate) fn least_size<M: Constraints>(model: &M) -> f64 {
-    M::COORDINATES.iter().map(|coordinate| model_size(model, coordinate.unit)).fold(1.0, f64::min)
+    M::COORDINATES.iter().map(|coordinate| model_size(model, coordinate)).fold(1.0, f64::min)
 }
 
 /// 1 + |v|∞.

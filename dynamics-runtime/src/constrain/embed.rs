@@ -18,12 +18,14 @@
 //! step: the error is a hundred to two thousand times that of projection on an elliptic trammel that spins,
 //! ten times on pendulums in x and y. See [`Formulation::Embedded`](crate::simulate::Formulation::Embedded).
 
-use super::project::{ConstraintLevel, check_admissible, project_positions, project_velocities};
+use super::project::{
+    ConstraintLevel, check_admissible, is_converged, project_positions, project_velocities,
+};
 use super::system::{ModelTerms, RANK_TOLERANCE, scale_coordinates};
 use super::{Gradients, borrow_workspace, gradients, holds, system_names};
 use crate::error::SolveError;
 use crate::linalg::lu::{self, Lu};
-use crate::linalg::{WorkMemory, max_abs, norm};
+use crate::linalg::{WorkspaceSlices, max_abs, norm};
 use crate::math::sqrt;
 use crate::model::{ActiveSet, Constraints, Model, ModelState, Terms, Vector};
 
@@ -71,10 +73,10 @@ pub struct Embedding<M: Constraints> {
     pub worst: f64,
 }
 
-/// Memory that an embedding needs.
-pub(super) const fn memory(n: usize, r: usize) -> usize {
+/// Length of the workspace of an embedding.
+pub(super) const fn workspace_len(n: usize, r: usize) -> usize {
     let choice = n * n + 3 * n + n * r + 3 * r;
-    let block = r * r + 4 * r + lu::memory(r) + gradients::memory(n, r);
+    let block = r * r + 4 * r + lu::workspace_len(r) + gradients::workspace_len(n, r);
     if choice > block { choice } else { block }
 }
 
@@ -179,18 +181,13 @@ impl<M: Constraints> Embedding<M> {
             if !size.is_finite() {
                 return Err(self.not_finite(&residual));
             }
-            // Quadratic convergence predicts the next correction: it would be rounding, or the last one
-            // gained nothing.
-            let next_change = change * (size / last_size);
-            let is_converged =
-                next_change <= 2.0 * f64::EPSILON || (change <= 1e-7 && size >= 0.5 * last_size);
-            if size == 0.0 || (last_size.is_finite() && is_converged) {
+            if size == 0.0 || (last_size.is_finite() && is_converged(change, last_size, size)) {
                 return Ok(true);
             }
-            let mut memory = borrow_workspace(workspace, M::Vector::LEN, M::Rows::LEN);
+            let mut slices = borrow_workspace(workspace, M::Vector::LEN, M::Rows::LEN);
             // The residuals of the chosen rows are at the start of the workspace.
-            let (right, delta) = (memory.take(k), memory.take(k));
-            let block = self.positions.factor(model, state, &mut memory);
+            let (right, delta) = (slices.take(k), slices.take(k));
+            let block = self.positions.factor(model, state, &mut slices);
             self.worst = self.worst.min(block.quality());
             if block.has_failed(&self.positions) {
                 return Ok(false);
@@ -218,13 +215,13 @@ impl<M: Constraints> Embedding<M> {
     ) -> Result<bool, SolveError> {
         let k = self.velocities.rank;
         let residual = model.velocity_residual(state);
-        let mut memory = borrow_workspace(workspace, M::Vector::LEN, M::Rows::LEN);
-        let (right, delta) = (memory.take(k), memory.take(k));
+        let mut slices = borrow_workspace(workspace, M::Vector::LEN, M::Rows::LEN);
+        let (right, delta) = (slices.take(k), slices.take(k));
         (0..k).for_each(|i| right[i] = residual[self.velocities.rows[i] as usize]);
         if !max_abs(right).is_finite() {
             return Err(self.not_finite(&residual));
         }
-        let block = self.velocities.factor(model, state, &mut memory);
+        let block = self.velocities.factor(model, state, &mut slices);
         self.worst = self.worst.min(block.quality());
         if block.has_failed(&self.velocities) {
             return Ok(false);
@@ -258,8 +255,8 @@ impl<M: Constraints> Embedding<M> {
     /// them now.
     pub fn renew(&mut self, model: &M, state: &M::State, workspace: &mut [f64]) -> Result<bool, SolveError> {
         let block_quality = |partition: &PartitionOf<M>, workspace: &mut [f64]| {
-            let mut memory = borrow_workspace(workspace, M::Vector::LEN, M::Rows::LEN);
-            let block = partition.factor(model, state, &mut memory);
+            let mut slices = borrow_workspace(workspace, M::Vector::LEN, M::Rows::LEN);
+            let block = partition.factor(model, state, &mut slices);
             if block.has_failed(partition) { 0.0 } else { block.quality() }
         };
         let quality_now =
@@ -305,11 +302,12 @@ impl<V: Vector, R: Vector> Partition<V, R> {
         &self,
         model: &M,
         state: &M::State,
-        memory: &mut WorkMemory<'w>,
+        workspace: &mut WorkspaceSlices<'w>,
     ) -> FactoredBlock<'w> {
         let k = self.rank;
-        let (block, weight, scale) = (memory.take(k * k), memory.take(k), memory.take(k));
-        let gradients = Gradients::alone(model, state, memory.take(gradients::memory(V::LEN, R::LEN)));
+        let (block, weight, scale) = (workspace.take(k * k), workspace.take(k), workspace.take(k));
+        let gradients =
+            Gradients::alone(model, state, workspace.take(gradients::workspace_len(V::LEN, R::LEN)));
         (0..k).for_each(|j| scale[j] = self.scale[self.columns[j] as usize]);
         for (i, row) in block.chunks_exact_mut(k.max(1)).enumerate() {
             let gradient = gradients.row(self.rows[i] as usize);
@@ -317,7 +315,7 @@ impl<V: Vector, R: Vector> Partition<V, R> {
             weight[i] = 1.0 / sqrt((0..V::LEN).map(|j| of(j) * of(j)).sum());
             (0..k).for_each(|j| row[j] = weight[i] * of(self.columns[j] as usize));
         }
-        let factored = Lu::new(block, k, memory);
+        let factored = Lu::new(block, k, workspace);
         FactoredBlock { factored, weight, scale }
     }
 }
@@ -359,11 +357,11 @@ fn partition<M: Constraints>(
     workspace: &mut [f64],
 ) -> Result<PartitionOf<M>, SolveError> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-    let mut memory = borrow_workspace(workspace, n, r);
-    let ModelTerms { mass, force, jacobian: matrix, gamma } = ModelTerms::new(n, r, &mut memory);
-    gradients::terms(model, state, &mut Terms { mass, force, jacobian: matrix, gamma }, memory.take(r));
-    let scale = memory.take(n);
-    let (mut rows, mut columns) = (memory.indices(r), memory.indices(n));
+    let mut slices = borrow_workspace(workspace, n, r);
+    let ModelTerms { mass, force, jacobian: matrix, gamma } = ModelTerms::new(n, r, &mut slices);
+    gradients::terms(model, state, &mut Terms { mass, force, jacobian: matrix, gamma }, slices.take(r));
+    let scale = slices.take(n);
+    let (mut rows, mut columns) = (slices.indices(r), slices.indices(n));
     let mut m = 0;
     for row in (0..r).filter(|row| active(*row)) {
         matrix.copy_within(row * n..(row + 1) * n, m * n);
@@ -397,9 +395,9 @@ fn partition<M: Constraints>(
         chosen.rows[i] = rows.get(i) as f64;
         chosen.columns[i] = columns.get(i) as f64;
     }
-    let mut memory = borrow_workspace(workspace, n, r);
+    let mut slices = borrow_workspace(workspace, n, r);
     // The quality is that of this block, even where it is bad and there is no better one.
-    let block = chosen.factor(model, state, &mut memory);
+    let block = chosen.factor(model, state, &mut slices);
     (chosen.quality, chosen.negative) = (block.quality(), block.factored.negative);
     Ok(chosen)
 }

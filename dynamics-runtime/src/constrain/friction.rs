@@ -33,7 +33,7 @@ use super::{
 };
 use crate::error::SolveError;
 use crate::linalg::lu;
-use crate::linalg::{Indices, WorkMemory, dot, max_abs};
+use crate::linalg::{Indices, WorkspaceSlices, dot, max_abs};
 use crate::model::{Constraints, ModelState, Vector};
 use sign_patterns::pattern_count;
 
@@ -49,9 +49,10 @@ const DERIVATIVE_TOLERANCE: f64 = 1e-9;
 /// Signs with which ∂Q/∂λ is looked at: of all reactions, and of every second one in addition.
 const SIGN_PATTERNS: [(f64, f64); 4] = [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)];
 
-/// Memory of the friction solve besides the factored system: S, ∂Q/∂λ, Newton's matrix, vectors.
-pub(super) const fn memory(n: usize, r: usize) -> usize {
-    2 * n * r + 2 * r * r + 3 * n + 8 * r + lu::memory(r)
+/// Length of the workspace of the friction solve besides the factored system: S, ∂Q/∂λ, Newton's matrix,
+/// vectors.
+pub(super) const fn workspace_len(n: usize, r: usize) -> usize {
+    2 * n * r + 2 * r * r + 3 * n + 8 * r + lu::workspace_len(r)
 }
 
 /// The first solution that was found, and the number of distinct ones up to two.
@@ -69,7 +70,7 @@ impl<R> FrictionSolutions<R> {
     }
 }
 
-/// State and memory of one solve.
+/// State and workspace of one solve.
 struct FrictionProblem<'w, 'm, M: Constraints> {
     model: &'m M,
     state: &'m M::State,
@@ -103,11 +104,11 @@ pub(super) fn solve<M: Constraints>(
     let active_set = state.active_set();
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
     // The factored system takes the first part of the workspace, the friction solve the second.
-    let (first, second) = workspace.split_at_mut(system_memory(n, r));
-    let mut friction_memory = WorkMemory::new(second);
+    let (first, second) = workspace.split_at_mut(system_workspace_len(n, r));
+    let mut friction_workspace = WorkspaceSlices::new(second);
     let active = |row: usize| holds::<M>(active_set, row);
     let Some(mut factored) =
-        FactoredEquations::in_memory(model, state, &active, true, WorkMemory::new(first))?
+        FactoredEquations::in_workspace(model, state, &active, true, WorkspaceSlices::new(first))?
     else {
         return Ok(undefined());
     };
@@ -122,8 +123,8 @@ pub(super) fn solve<M: Constraints>(
             .zip(gamma_correction.as_slice())
             .for_each(|(gamma, gamma_correction)| *gamma += gamma_correction);
     }
-    let mut problem = FrictionProblem::new(model, state, &mut factored, &mut friction_memory);
-    let lu_memory = friction_memory.take(lu::memory(r));
+    let mut problem = FrictionProblem::new(model, state, &mut factored, &mut friction_workspace);
+    let lu_workspace = friction_workspace.take(lu::workspace_len(r));
     problem.find_rows_read();
     // Which reactions Q reads may depend on the reactions themselves, as with a threshold. Rows are added
     // until Q at the solution is the Q that was solved with.
@@ -131,7 +132,7 @@ pub(super) fn solve<M: Constraints>(
         let assumed = if problem.k == 0 {
             M::Rows::zeros()
         } else {
-            problem.find_unique_solution(&mut factored.system, lu_memory)?
+            problem.find_unique_solution(&mut factored.system, lu_workspace)?
         };
         let mut outcome = ConstrainedAccelerations {
             accelerations: M::Vector::zeros(),
@@ -158,14 +159,14 @@ pub(super) fn solve<M: Constraints>(
     Err(problem.unsolved_error(&M::Rows::zeros()))
 }
 
-/// Memory of the factored system.
-const fn system_memory(n: usize, r: usize) -> usize {
-    n * n + n + n * r + 3 * r + system::memory(n, r)
+/// Length of the workspace of the factored system.
+const fn system_workspace_len(n: usize, r: usize) -> usize {
+    n * n + n + n * r + 3 * r + system::workspace_len(n, r)
 }
 
-/// Memory of the factored system and the friction solve.
-pub(super) const fn total_memory(n: usize, r: usize) -> usize {
-    system_memory(n, r) + memory(n, r)
+/// Length of the workspace of both, the factored system and the friction solve.
+pub(super) const fn total_workspace_len(n: usize, r: usize) -> usize {
+    system_workspace_len(n, r) + workspace_len(n, r)
 }
 
 impl<'w, 'm, M: Constraints> FrictionProblem<'w, 'm, M> {
@@ -173,16 +174,16 @@ impl<'w, 'm, M: Constraints> FrictionProblem<'w, 'm, M> {
         model: &'m M,
         state: &'m M::State,
         factored: &mut FactoredEquations<'_>,
-        memory: &mut WorkMemory<'w>,
+        workspace: &mut WorkspaceSlices<'w>,
     ) -> Self {
         let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-        let (unforced_reactions, by_force) = (memory.zeros(r), memory.zeros(r * n));
-        let fixed_force = memory.take(n);
+        let (unforced_reactions, by_force) = (workspace.zeros(r), workspace.zeros(r * n));
+        let fixed_force = workspace.take(n);
         fixed_force.copy_from_slice(factored.force);
-        let (force, by_multipliers) = (memory.zeros(n), memory.zeros(n * r));
-        let matrix = memory.zeros(r * r);
-        let (right, step) = (memory.zeros(r), memory.zeros(r));
-        let unit = memory.zeros(n);
+        let (force, by_multipliers) = (workspace.zeros(n), workspace.zeros(n * r));
+        let matrix = workspace.zeros(r * r);
+        let (right, step) = (workspace.zeros(r), workspace.zeros(r));
+        let unit = workspace.zeros(n);
         let mut a = M::Vector::zeros();
         let mut lambda = M::Rows::zeros();
         factored.system.solve(unit, factored.gamma, a.as_mut_slice(), unforced_reactions);
@@ -193,7 +194,7 @@ impl<'w, 'm, M: Constraints> FrictionProblem<'w, 'm, M> {
             unit[j] = 0.0;
             (0..r).for_each(|i| by_force[i * n + j] = lambda[i]);
         }
-        let rows_read = memory.indices(r);
+        let rows_read = workspace.indices(r);
         Self {
             model,
             state,
@@ -252,7 +253,7 @@ impl<'w, 'm, M: Constraints> FrictionProblem<'w, 'm, M> {
     fn find_unique_solution(
         &mut self,
         system: &mut FactoredSystem<'_>,
-        lu_memory: &mut [f64],
+        lu_workspace: &mut [f64],
     ) -> Result<M::Rows, SolveError> {
         let k = self.k;
         let undetermined_row = (0..k).map(|i| self.rows_read.get(i)).find(|row| !system.is_unique(*row));
@@ -270,7 +271,7 @@ impl<'w, 'm, M: Constraints> FrictionProblem<'w, 'm, M> {
             } else {
                 self.start(&frictionless_reactions, pattern - 1)
             };
-            let find_unique_solution = self.newton(start, lu_memory);
+            let find_unique_solution = self.newton(start, lu_workspace);
             self.record_solution(&mut found, find_unique_solution);
             if found.count > 1 {
                 break;
@@ -279,7 +280,7 @@ impl<'w, 'm, M: Constraints> FrictionProblem<'w, 'm, M> {
         let complete = k <= MAX_EXHAUSTIVE_REACTIONS
             && (found.is_one() || found.count > 1 || self.is_linear_in_patterns(&frictionless_reactions));
         if !found.is_one() && found.count < 2 && !complete {
-            self.search(&frictionless_reactions, &mut found, lu_memory);
+            self.search(&frictionless_reactions, &mut found, lu_workspace);
         }
         match found.first {
             Some(lambda) if found.is_one() => Ok(lambda),

@@ -13,8 +13,8 @@ use crate::linalg::{max_abs, norm};
 use crate::math;
 use crate::model::{Constraints, Terms, Vector};
 
-/// Φ_q by rows, in memory that the caller lends, because by value it may be too large for a stack. Rows that
-/// have vanished are zero.
+/// Φ_q by rows, in a workspace that the caller lends, because by value it may be too large for a stack. Rows
+/// that have vanished are zero.
 pub(crate) struct Gradients<'w> {
     /// Row by row.
     pub(crate) rows: &'w [f64],
@@ -26,8 +26,8 @@ pub(crate) struct Gradients<'w> {
 /// Most numbers of a matrix that is returned by value, on the stack: 8 kB.
 const MAX_NUMBERS_ON_STACK: usize = 1024;
 
-/// Memory of [`Gradients`].
-pub(crate) const fn memory(n: usize, r: usize) -> usize {
+/// Length of the workspace of [`Gradients`].
+pub(crate) const fn workspace_len(n: usize, r: usize) -> usize {
     n * n + n + r * n + 2 * r
 }
 
@@ -145,8 +145,8 @@ fn clear_vanished_rows(rows: &mut [f64], n: usize, lengths_here: &[f64], usual_l
     }
 }
 
-/// M at a state by rows, in memory that the caller lends; without Q, Φ_q and γ where the model is small
-/// enough.
+/// M at a state by rows, in a workspace that the caller lends. Without Q, Φ_q and γ where the model is
+/// small enough.
 #[cfg(feature = "alloc")]
 pub(crate) fn mass<'w, M: Constraints>(model: &M, state: &M::State, workspace: &'w mut [f64]) -> &'w [f64] {
     #[inline(never)]

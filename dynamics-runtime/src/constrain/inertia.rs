@@ -9,15 +9,11 @@ use alloc::vec::Vec;
 use super::active_set::active_rows;
 use super::gradients::{Gradients, mass};
 use super::system::scale_coordinates;
-use super::with_workspace;
+use super::{SINGULAR_VALUE_TOLERANCE, with_workspace};
 use crate::declaration::TopContributors;
 use crate::linalg::Svd;
 use crate::linalg::{dot, max_abs, norm};
 use crate::model::{Constraints, ModelState, StaticTraits, Vector};
-
-/// Directions whose singular value is below this part of the largest are free. At a singular position, which
-/// is itself known to √ε = 1.5·10⁻⁸, zero singular values come out about as large as that.
-const HELD_DIRECTION_TOLERANCE: f64 = 1e-7;
 
 /// The least eigenvalue of NᵀMN, N an orthonormal basis of the velocities that the constraints leave, in
 /// coordinates of a given scale.
@@ -123,7 +119,7 @@ fn held_directions<M: Constraints>(model: &M, state: &M::State, scale: &[f64]) -
     let m = rows.len() / n;
     let (mut v, mut sigma) = (vec![0.0; m * m], vec![0.0; m]);
     let svd = Svd::new(n, &mut rows, &mut v, &mut sigma);
-    let is_held = |j: &usize| svd.sigma[*j] > HELD_DIRECTION_TOLERANCE * svd.largest();
+    let is_held = |j: &usize| svd.sigma[*j] > SINGULAR_VALUE_TOLERANCE * svd.largest();
     Some((0..m).filter(is_held).flat_map(|j| svd.column(j).iter().map(move |x| x / svd.sigma[j])).collect())
 }
 

@@ -91,6 +91,15 @@ impl Projection {
     }
 }
 
+/// Whether Newton's method ends after a correction of the size `change` that took Φ from `before` to `after`.
+/// Quadratic convergence predicts the size of the next correction. It is not made where it would be rounding,
+/// or where the last one gained nothing.
+#[inline(always)]
+pub(super) fn is_converged(change: f64, before: f64, after: f64) -> bool {
+    let next = change * (after / before);
+    next <= CORRECTION_ROUNDING || (change <= STALLED_CHANGE && after >= STALLED_RATIO * before)
+}
+
 /// Moves q to Φ(q, t) = 0, to rounding level. Released constraints are ignored. Velocities stay.
 ///
 /// # Errors
@@ -139,10 +148,7 @@ pub fn project_positions<M: Constraints>(
         if change == 0.0 && halvings >= DOUBLE_ROOT_HALVINGS {
             return Err(vanishing_gradient(model, state, workspace));
         }
-        // Quadratic convergence predicts the size of the next correction. It is not made where it would be
-        // rounding, or where the last one gained nothing.
-        let next = change * (largest / before);
-        if next <= CORRECTION_ROUNDING || (change <= STALLED_CHANGE && largest >= STALLED_RATIO * before) {
+        if is_converged(change, before, largest) {
             break;
         }
     }

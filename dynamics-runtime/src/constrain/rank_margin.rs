@@ -11,15 +11,12 @@ use alloc::vec::Vec;
 use super::active_set::{active, active_rows};
 use super::assemble::{nearby_on_constraints, weigh};
 use super::gradients::{Gradients, mass};
-use super::with_workspace;
+use super::{SINGULAR_VALUE_TOLERANCE, with_workspace};
 use crate::declaration::TopContributors;
 use crate::linalg::Svd;
 use crate::math;
 use crate::model::{Constraints, ModelState, StaticTraits, Vector};
 
-/// Singular values below this part of the largest count as zero. Where they vanish, the position itself is
-/// known to √ε = 1.5·10⁻⁸ at best, and they come out about as large.
-pub(super) const RANK_MARGIN_TOLERANCE: f64 = 1e-7;
 /// A singular value up to this part of the largest is rounding, and its right singular vector too.
 const ROUNDED_SINGULAR_VALUE: f64 = 1e-12;
 
@@ -89,7 +86,7 @@ fn margin_if_finite<M: Constraints>(
     let expected_rank = independent_rows(model, state, &gradient_svd);
     let singular_range = gradient_svd.singular_range(&order, expected_rank)?;
     let SingularRange { largest, least, weak_index } = singular_range;
-    let vanishes = |j: usize| gradient_svd.sigma[j] <= RANK_MARGIN_TOLERANCE * largest;
+    let vanishes = |j: usize| gradient_svd.sigma[j] <= SINGULAR_VALUE_TOLERANCE * largest;
     // Rows: where several directions are lost, the contributions to all of them.
     let lost_directions: Vec<usize> =
         match order[..expected_rank].iter().copied().filter(|j| vanishes(*j)).collect::<Vec<_>>() {
@@ -224,6 +221,6 @@ impl GradientSvd {
     /// Number of singular values above rounding.
     fn rank(&self) -> usize {
         let largest = self.sigma.iter().copied().fold(0.0, f64::max);
-        self.sigma.iter().filter(|sigma| **sigma > RANK_MARGIN_TOLERANCE * largest).count()
+        self.sigma.iter().filter(|sigma| **sigma > SINGULAR_VALUE_TOLERANCE * largest).count()
     }
 }

@@ -8,7 +8,7 @@
 use super::active_set::active_rows;
 use super::{TopContributors, with_workspace};
 use crate::error::StateError;
-use crate::linalg::{Indices, WorkMemory, max_abs};
+use crate::linalg::{Indices, WorkspaceSlices, max_abs};
 use crate::model::{Constraints, ModelState, Terms, Vector};
 
 /// Pivots of the scaled equations below this are rounding: velocities would have four digits at most.
@@ -20,8 +20,9 @@ const REPEATED_ROW_PIVOT: f64 = 1e-6;
 /// relative to its terms.
 const SPEED_TOLERANCE: f64 = 1e-9;
 
-/// Memory for n coordinates and r constraint rows; there are at most as many speeds as coordinates.
-pub(super) const fn memory(n: usize, r: usize) -> usize {
+/// Length of the workspace for n coordinates and r constraint rows. There are at most as many speeds as
+/// coordinates.
+pub(super) const fn workspace_len(n: usize, r: usize) -> usize {
     let read = n * n + n + n * r + r + n * (n + 1);
     read + (n + r) * (n + 1) + 5 * n
 }
@@ -51,17 +52,17 @@ pub fn move_by_speeds<M: Constraints>(
     moved.u_mut().as_mut_slice().fill(0.0);
     StateError::check_parameters(model)?;
     StateError::check::<M>(&moved)?;
-    with_workspace::<M, _>(|memory| {
-        let memory = &mut WorkMemory::new(memory);
-        let mut system = SpeedSystem::read(model, &moved, speeds, memory);
+    with_workspace::<M, _>(|workspace| {
+        let workspace = &mut WorkspaceSlices::new(workspace);
+        let mut system = SpeedSystem::read(model, &moved, speeds, workspace);
         if let Err(pivot) = system.eliminate() {
-            let shares = system.undetermined_shares(memory);
+            let shares = system.undetermined_shares(workspace);
             let coordinates = TopContributors::ranked(M::COORDINATES, shares);
             return Err(StateError::SpeedsSingular { coordinates, pivot });
         }
         system.solve(moved.u_mut().as_mut_slice());
         system.check_constraints(model, &moved)?;
-        system.check_speeds(model, &moved, speeds, memory)?;
+        system.check_speeds(model, &moved, speeds, workspace)?;
         *state = moved;
         Ok(())
     })
@@ -94,18 +95,18 @@ impl<'w> SpeedSystem<'w> {
         model: &M,
         state: &M::State,
         speeds: &[f64],
-        memory: &mut WorkMemory<'w>,
+        workspace: &mut WorkspaceSlices<'w>,
     ) -> Self {
         let (n, s, r) = (M::Vector::LEN, speeds.len(), M::ROWS.len());
-        let mass = memory.zeros(n * n);
-        let (force, jacobian, gamma) = (memory.zeros(n), memory.zeros(n * r), memory.zeros(r));
+        let mass = workspace.zeros(n * n);
+        let (force, jacobian, gamma) = (workspace.zeros(n), workspace.zeros(n * r), workspace.zeros(r));
         model.terms(state, &mut Terms { mass, force, jacobian, gamma });
-        let (speed_rows, jacobian): (_, &'w [f64]) = (memory.zeros(s * n + s), jacobian);
+        let (speed_rows, jacobian): (_, &'w [f64]) = (workspace.zeros(s * n + s), jacobian);
         model.speed_equations(state, speed_rows);
         let speed_rows: &'w [f64] = speed_rows;
         let rows = active_rows::<M>(state.active_set(), false);
         let constraint_rows = rows.clone().count();
-        let entries = memory.zeros((constraint_rows + s) * (n + 1));
+        let entries = workspace.zeros((constraint_rows + s) * (n + 1));
         let residual = model.velocity_residual(state);
         let of_rows = rows.map(|row| (&jacobian[row * n..][..n], -residual[row]));
         let of_speeds = (0..s).map(|i| (&speed_rows[i * n..][..n], speeds[i] - speed_rows[s * n + i]));
@@ -113,10 +114,10 @@ impl<'w> SpeedSystem<'w> {
             to[..n].copy_from_slice(gradient);
             to[n] = right;
         }
-        let (scales, order) = (memory.zeros(n), memory.indices(n));
+        let (scales, order) = (workspace.zeros(n), workspace.indices(n));
         let mut system =
             Self { unknowns: n, speed_rows, jacobian, entries, constraint_rows, scales, order, rank: 0 };
-        system.scale::<M>(memory.zeros(n));
+        system.scale::<M>(workspace.zeros(n));
         system
     }
 
@@ -200,10 +201,10 @@ impl<'w> SpeedSystem<'w> {
     /// and the columns with pivots follow.
     fn undetermined_shares(
         &self,
-        memory: &mut WorkMemory<'w>,
+        workspace: &mut WorkspaceSlices<'w>,
     ) -> impl Iterator<Item = (usize, f64)> + Clone + use<'w> {
         let width = self.unknowns + 1;
-        let shares = memory.zeros(self.unknowns);
+        let shares = workspace.zeros(self.unknowns);
         shares[self.order.get(self.rank)] = 1.0;
         for k in (0..self.rank).rev() {
             let row = &self.entries[k * width..][..width];
@@ -241,10 +242,10 @@ impl<'w> SpeedSystem<'w> {
         model: &M,
         state: &M::State,
         speeds: &[f64],
-        memory: &mut WorkMemory<'w>,
+        workspace: &mut WorkspaceSlices<'w>,
     ) -> Result<(), StateError> {
         let (n, s, u) = (self.unknowns, speeds.len(), state.u());
-        let (values, terms) = (memory.zeros(s), memory.zeros(n));
+        let (values, terms) = (workspace.zeros(s), workspace.zeros(n));
         model.speeds(state, values);
         let term = |i: usize, j: usize| (self.speed_rows[i * n + j] * u[j]).abs();
         let size = |i: usize| {
@@ -269,14 +270,23 @@ impl<'w> SpeedSystem<'w> {
     }
 }
 
-/// The largest value among the speeds of the unit of speed `i`, or of its array. Names are all that the model
-/// records about arrays: `w[0]` and `w[1]` belong to one.
+/// The largest value among the speeds of the unit of speed `i`, or of its array.
 fn largest_of_same_kind<M: Constraints>(i: usize, value: impl Fn(usize) -> f64) -> f64 {
-    let array = |name: &'static str| name.split('[').next();
     let speed = &M::SPEEDS[i];
     let is_of_same_kind = |j: &usize| {
         let other = &M::SPEEDS[*j];
-        array(speed.name) == array(other.name) || (!speed.unit.is_empty() && speed.unit == other.unit)
+        declaration_of::<M>(i) == declaration_of::<M>(*j)
+            || (!speed.unit.is_empty() && speed.unit == other.unit)
     };
     (0..M::SPEEDS.len()).filter(is_of_same_kind).map(value).fold(0.0, f64::max)
+}
+
+/// Index of the declaration that speed `i` belongs to. Without lengths every speed has its own.
+fn declaration_of<M: Constraints>(i: usize) -> usize {
+    let mut end = 0;
+    let ends = M::SPEED_LENGTHS.iter().map(|length| {
+        end += length;
+        end
+    });
+    if M::SPEED_LENGTHS.is_empty() { i } else { ends.take_while(|end| *end <= i).count() }
 }

@@ -24,7 +24,7 @@
 use crate::error::{SingularMassMatrix, SolveError};
 use crate::linalg::PIVOT_TOLERANCE;
 use crate::linalg::orthogonal::{self, Orthogonal};
-use crate::linalg::{Indices, WorkMemory, dot, max_abs, norm};
+use crate::linalg::{Indices, WorkspaceSlices, dot, max_abs, norm};
 use crate::math::sqrt;
 use crate::model::Quantity;
 
@@ -65,7 +65,7 @@ impl SystemNames {
     }
 }
 
-/// Memory for M, Q, Φ_q and γ of a model, zeroed.
+/// M, Q, Φ_q and γ of a model in a workspace, zeroed.
 pub(crate) struct ModelTerms<'w> {
     pub(crate) mass: &'w mut [f64],
     pub(crate) force: &'w mut [f64],
@@ -74,9 +74,9 @@ pub(crate) struct ModelTerms<'w> {
 }
 
 impl<'w> ModelTerms<'w> {
-    pub(crate) fn new(n: usize, r: usize, memory: &mut WorkMemory<'w>) -> Self {
-        let (mass, force) = (memory.zeros(n * n), memory.zeros(n));
-        Self { mass, force, jacobian: memory.zeros(r * n), gamma: memory.zeros(r) }
+    pub(crate) fn new(n: usize, r: usize, workspace: &mut WorkspaceSlices<'w>) -> Self {
+        let (mass, force) = (workspace.zeros(n * n), workspace.zeros(n));
+        Self { mass, force, jacobian: workspace.zeros(r * n), gamma: workspace.zeros(r) }
     }
 }
 
@@ -101,9 +101,9 @@ pub(crate) struct FactoredSystem<'w> {
     w: &'w mut [f64],
 }
 
-/// Memory of a [`FactoredSystem`], besides its [`ModelTerms`].
-pub(crate) const fn memory(n: usize, r: usize) -> usize {
-    n * n + 3 * n + 4 * r + orthogonal::memory(r)
+/// Length of the workspace of a [`FactoredSystem`], besides its [`ModelTerms`].
+pub(crate) const fn workspace_len(n: usize, r: usize) -> usize {
+    n * n + 3 * n + 4 * r + orthogonal::workspace_len(r)
 }
 
 /// Residual of Φ_q a = γ: by how much it cannot be satisfied.
@@ -133,13 +133,13 @@ impl<'w> FactoredSystem<'w> {
         redundant: &dyn Fn(usize) -> bool,
         (redundancy_tolerance, usual_lengths): (f64, &[f64]),
         names: SystemNames,
-        memory: &mut WorkMemory<'w>,
+        workspace: &mut WorkspaceSlices<'w>,
     ) -> Result<Self, SolveError> {
         let (n, r) = (names.coordinates.len(), names.rows.len());
-        let scale = memory.take(n);
-        let (x, y) = (memory.take(n), memory.take(n));
-        let (weight, b, w) = (memory.take(r), memory.take(r), memory.take(r));
-        let mut active = memory.indices(r);
+        let scale = workspace.take(n);
+        let (x, y) = (workspace.take(n), workspace.take(n));
+        let (weight, b, w) = (workspace.take(r), workspace.take(r), workspace.take(r));
+        let mut active = workspace.indices(r);
         // The active rows, checked to be finite.
         let m = gather(jacobian, n, r, holds, &mut active);
         for i in 0..m {
@@ -167,7 +167,7 @@ impl<'w> FactoredSystem<'w> {
             row.iter_mut().for_each(|x| *x *= *weight);
         }
         // M in scaled coordinates, rotated into the bases of the row space and the null space.
-        let rotated_mass = memory.take(n * n);
+        let rotated_mass = workspace.take(n * n);
         for (i, (to, from)) in rotated_mass.chunks_exact_mut(n).zip(mass.chunks_exact(n)).enumerate() {
             (0..n).for_each(|j| to[j] = scale[i] * from[j] * scale[j]);
         }
@@ -177,7 +177,7 @@ impl<'w> FactoredSystem<'w> {
             (m, n),
             &|i| longest <= COMPARABLE_LENGTHS * shortest && redundant(active.get(i)),
             redundancy_tolerance,
-            memory,
+            workspace,
         );
         rows.rotate_symmetric(rotated_mass, x);
         let mut system =

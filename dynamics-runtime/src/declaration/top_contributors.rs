@@ -3,6 +3,8 @@
 use core::fmt;
 
 use super::Quantity;
+#[cfg(feature = "alloc")]
+use super::UnitDimension;
 
 /// Receives an index and its share.
 type OnShare<'a> = &'a mut dyn FnMut(usize, f64);
@@ -63,10 +65,11 @@ impl TopContributors {
             .map(move |i| of.get(usize::from(i)).map_or("", |one| one.name))
     }
 
-    /// The unit of the largest contributor.
+    /// What the largest contributor measures.
     #[cfg(feature = "alloc")]
-    pub(crate) fn unit(&self) -> &'static str {
-        self.of.get(usize::from(self.kept[0])).filter(|_| self.count > 0).map_or("", |one| one.unit)
+    pub(crate) fn dimension(&self) -> UnitDimension {
+        let largest = self.of.get(usize::from(self.kept[0])).filter(|_| self.count > 0);
+        largest.map_or(UnitDimension::Other, |one| one.dimension)
     }
 
     /// Whether one of this name is kept.
@@ -129,7 +132,7 @@ mod tests {
     use super::{Quantity, TopContributors};
 
     const fn named(name: &'static str) -> Quantity {
-        Quantity { name, unit: "" }
+        Quantity::without_unit(name)
     }
     const OF: [Quantity; 8] =
         [named("a"), named("b"), named("c"), named("d"), named("e"), named("f"), named("g"), named("h")];

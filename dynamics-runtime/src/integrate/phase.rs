@@ -99,9 +99,15 @@ pub(crate) fn zip<V: Vector>(x: &Phase<V>, y: &Phase<V>, combine: impl Fn(f64, f
     out
 }
 
+/// s x, element by element.
+#[inline(always)]
+pub(super) fn scaled<V: Vector>(s: f64, x: &Phase<V>) -> Phase<V> {
+    zip(x, x, |x, _| s * x)
+}
+
 /// x + s y, element by element.
 #[inline(always)]
-pub(super) fn plus_scaled<V: Vector>(x: &V, s: f64, y: &V) -> V {
+pub(crate) fn plus_scaled<V: Vector>(x: &V, s: f64, y: &V) -> V {
     let mut out = *x;
     (0..V::LEN).for_each(|i| out[i] = x.as_slice()[i] + s * y.as_slice()[i]);
     out

@@ -8,7 +8,7 @@ use crate::constrain::active_set::active;
 use crate::constrain::system::ModelTerms;
 use crate::constrain::{Gradients, gradients};
 use crate::linalg::Svd;
-use crate::linalg::WorkMemory;
+use crate::linalg::WorkspaceSlices;
 use crate::math;
 use crate::model::{Constraints, ModelState, Terms, Vector};
 
@@ -45,8 +45,8 @@ impl PathScaling {
 
     /// Φ_q, rows divided by `scales`, columns by w; by columns.
     pub(super) fn jacobian<M: Constraints>(&self, model: &M, state: &M::State, scales: &[f64]) -> Vec<f64> {
-        let mut memory = vec![0.0; gradients::memory(M::Vector::LEN, M::Rows::LEN)];
-        let gradients = Gradients::alone(model, state, &mut memory);
+        let mut workspace = vec![0.0; gradients::workspace_len(M::Vector::LEN, M::Rows::LEN)];
+        let gradients = Gradients::alone(model, state, &mut workspace);
         let columns = self.weights.iter().enumerate();
         columns
             .flat_map(|(j, w)| self.rows.iter().zip(scales).map(move |(row, s)| (*row, j, w * s)))
@@ -58,8 +58,8 @@ impl PathScaling {
     /// that loses its gradient shows it. Single rows have their norm at the start, if that is larger. An
     /// error names a row that is not finite.
     fn norms<M: Constraints>(&self, model: &M, state: &M::State) -> Result<Vec<f64>, usize> {
-        let mut memory = vec![0.0; gradients::memory(M::Vector::LEN, M::Rows::LEN)];
-        let gradients = Gradients::alone(model, state, &mut memory);
+        let mut workspace = vec![0.0; gradients::workspace_len(M::Vector::LEN, M::Rows::LEN)];
+        let gradients = Gradients::alone(model, state, &mut workspace);
         let square = |row: usize| -> f64 {
             gradients.row(row).iter().zip(&self.weights).map(|(x, w)| math::powi(x / w, 2)).sum()
         };
@@ -282,9 +282,9 @@ fn is_positive_definite(n: usize, entry: impl Fn(usize, usize) -> f64) -> bool {
 /// others.
 pub(super) fn weights<M: Constraints>(model: &M, state: &M::State) -> Vec<f64> {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-    let mut memory = vec![0.0; gradients::memory(n, r)];
+    let mut workspace = vec![0.0; gradients::workspace_len(n, r)];
     let ModelTerms { mass, force, jacobian, gamma } =
-        ModelTerms::new(n, r, &mut WorkMemory::new(&mut memory));
+        ModelTerms::new(n, r, &mut WorkspaceSlices::new(&mut workspace));
     model.terms(state, &mut Terms { mass, force, jacobian, gamma });
     let mut weights: Vec<f64> = mass.iter().step_by(n + 1).copied().collect();
     crate::constrain::assemble::weigh(&mut weights);

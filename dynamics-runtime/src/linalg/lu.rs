@@ -1,7 +1,7 @@
 //! Square systems by Gaussian elimination with row pivoting, of a size that is known at run time.
 
-use super::memory::{Indices, WorkMemory};
 use super::rows::{dot, swap_rows, two_rows};
+use super::workspace::{Indices, WorkspaceSlices};
 
 /// P A = L U. Rows should be of about equal length.
 pub(crate) struct Lu<'w> {
@@ -14,15 +14,15 @@ pub(crate) struct Lu<'w> {
     pub(crate) negative: bool,
 }
 
-/// Numbers of work memory of a factorization besides A.
-pub(crate) const fn memory(k: usize) -> usize {
+/// Length of the workspace of a factorization besides A.
+pub(crate) const fn workspace_len(k: usize) -> usize {
     k
 }
 
 impl<'w> Lu<'w> {
     /// Factors A (k×k by rows), in place.
-    pub(crate) fn new(a: &'w mut [f64], k: usize, memory: &mut WorkMemory<'w>) -> Self {
-        let mut order = memory.indices(k);
+    pub(crate) fn new(a: &'w mut [f64], k: usize, workspace: &mut WorkspaceSlices<'w>) -> Self {
+        let mut order = workspace.indices(k);
         let (mut least, mut negative) = (f64::INFINITY, false);
         for j in 0..k {
             let pivot = (j..k).map(|i| (i, a[i * k + j].abs()));
@@ -112,8 +112,8 @@ mod tests {
         let exact = [1.0, -2.0, 0.5];
         let b: Vec<f64> = a.chunks_exact(3).map(|row| dot(row, &exact)).collect();
         let (mut copy, mut work, mut x) = (a, [0.0; 6], [0.0; 3]);
-        let mut memory = WorkMemory::new(&mut work);
-        let lu = Lu::new(&mut copy, 3, &mut memory);
+        let mut workspace = WorkspaceSlices::new(&mut work);
+        let lu = Lu::new(&mut copy, 3, &mut workspace);
         lu.solve(&b, &mut x);
         assert!(x.iter().zip(exact).all(|(x, e)| (x - e).abs() < 1e-15), "{x:?}");
         assert!(lu.least > 0.1);
@@ -125,7 +125,7 @@ mod tests {
     fn singular_and_not_finite_blocks_say_so() {
         for a in [[1.0, 2.0, 2.0, 4.0], [0.0; 4], [f64::NAN, 1.0, 1.0, 0.0]] {
             let (mut copy, mut work) = (a, [0.0; 4]);
-            let least = Lu::new(&mut copy, 2, &mut WorkMemory::new(&mut work)).least;
+            let least = Lu::new(&mut copy, 2, &mut WorkspaceSlices::new(&mut work)).least;
             assert!(least.abs() < 1e-15 || least.is_nan(), "{least}");
         }
     }
@@ -134,8 +134,8 @@ mod tests {
     fn complete_pivoting_finds_rank_and_the_largest_elements() {
         let mut a = [1.0, 2.0, 8.0, 2.0, 4.0, 16.0, 0.0, 1.0, 0.0];
         let mut work = [0.0; 6];
-        let mut memory = WorkMemory::new(&mut work);
-        let (mut rows, mut columns) = (memory.indices(3), memory.indices(3));
+        let mut workspace = WorkspaceSlices::new(&mut work);
+        let (mut rows, mut columns) = (workspace.indices(3), workspace.indices(3));
         let (rank, _) = choose(&mut a, 3, 3, 1e-10, &mut rows, &mut columns);
         assert_eq!((rank, rows.get(0), columns.get(0), rows.get(1), columns.get(1)), (2, 1, 2, 2, 1));
     }

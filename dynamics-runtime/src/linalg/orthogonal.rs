@@ -11,8 +11,8 @@
 //! Cost: 2nr² operations. Golub & Van Loan, Matrix Computations, 4th ed., §5.4–5.5. Stability: backward
 //! stable; the rank found this way can exceed the numerical rank in matrices contrived to that end (Kahan's).
 
-use super::memory::{Indices, WorkMemory};
 use super::rows::{add_scaled, dot, norm, swap_rows, two_rows};
+use super::workspace::{Indices, WorkspaceSlices};
 
 /// Turns x into (β, v₂, …) with H x = β e₁, H = I − τ v vᵀ, v₁ = 1; returns τ.
 fn reflector(x: &mut [f64]) -> f64 {
@@ -69,8 +69,8 @@ pub(crate) struct Orthogonal<'w> {
     pub(crate) has_redundant_rows: bool,
 }
 
-/// Numbers of work memory of a decomposition besides A.
-pub(crate) const fn memory(r: usize) -> usize {
+/// Length of the workspace of a decomposition besides A.
+pub(crate) const fn workspace_len(r: usize) -> usize {
     r * r + 3 * r
 }
 
@@ -82,11 +82,11 @@ impl<'w> Orthogonal<'w> {
         (r, n): (usize, usize),
         redundant: &dyn Fn(usize) -> bool,
         tolerance: f64,
-        memory: &mut WorkMemory<'w>,
+        workspace: &mut WorkspaceSlices<'w>,
     ) -> Self {
-        let (tau, tau_right) = (memory.take(r), memory.take(r));
-        let order = memory.indices(r);
-        let c = memory.zeros(r * r);
+        let (tau, tau_right) = (workspace.take(r), workspace.take(r));
+        let order = workspace.indices(r);
+        let c = workspace.zeros(r * r);
         let has_redundant_rows = (0..r).any(redundant);
         let mut it = Self { r, n, rank: 0, condition: 1.0, a, tau, c, tau_right, order, has_redundant_rows };
         it.reduce_left(redundant, tolerance);
@@ -170,7 +170,7 @@ impl<'w> Orthogonal<'w> {
         }
     }
 
-    /// Qᵀ M Q of a symmetric M (n×n), in place, with n numbers of memory.
+    /// Qᵀ M Q of a symmetric M (n×n), in place, with a workspace of n numbers.
     pub(crate) fn rotate_symmetric(&self, m: &mut [f64], w: &mut [f64]) {
         let n = self.n;
         for j in 0..self.rank {
@@ -190,8 +190,8 @@ impl<'w> Orthogonal<'w> {
     }
 
     /// The y (k numbers, in the rotated frame: x = Q (y, ·)) that fits A x = b best; `b` (r numbers) becomes
-    /// what is left over, b − A x. `w`: r numbers of memory. Where rows are declared redundant, the chosen
-    /// rows are fulfilled exactly: off the constraint manifold the others differ from the rows that they
+    /// what is left over, b − A x. `w`: a workspace of r numbers. Where rows are declared redundant, the
+    /// chosen rows are fulfilled exactly: off the constraint manifold the others differ from the rows that they
     /// repeat, and a weighting would change from one state to the next, like a force that is not smooth.
     pub(crate) fn fit(&self, b: &mut [f64], y: &mut [f64], w: &mut [f64]) {
         let (r, k) = (self.r, self.rank);
@@ -222,7 +222,8 @@ impl<'w> Orthogonal<'w> {
         self.spread(w, b);
     }
 
-    /// The λ (r numbers) of least norm with Aᵀ λ = Q (f, 0); `f` has k numbers. `w`: r numbers of memory.
+    /// The λ (r numbers) of least norm with Aᵀ λ = Q (f, 0); `f` has k numbers. `w`: a workspace of r
+    /// numbers.
     pub(crate) fn least_norm(&self, f: &[f64], lambda: &mut [f64], w: &mut [f64]) {
         let (r, k) = (self.r, self.rank);
         if k == r {
@@ -242,7 +243,7 @@ impl<'w> Orthogonal<'w> {
     }
 
     /// Whether row i of A is independent of the others: the λᵢ of Aᵀλ = c is then the same in all solutions
-    /// (Wojtyra, Mech. Mach. Theory 40, 2005, 1061–1077). `w`: r numbers of memory.
+    /// (Wojtyra, Mech. Mach. Theory 40, 2005, 1061–1077). `w`: a workspace of r numbers.
     pub(crate) fn is_independent(&self, i: usize, w: &mut [f64]) -> bool {
         let (r, k) = (self.r, self.rank);
         if k == r {
@@ -276,8 +277,8 @@ mod tests {
     fn the_decomposition_puts_the_rows_together_again() {
         // A small tail beside a large head, a row that repeats another, and one that nearly does.
         let rows = [[1.0, 1e-9, 0.0], [0.6, 0.0, 0.8], [1.0, 1e-9, 0.0], [0.6, 1e-5, 0.8]];
-        let (mut a, mut work) = (rows.concat(), [0.0; memory(4)]);
-        let it = Orthogonal::new(&mut a, (4, 3), &|_| false, 1e-8, &mut WorkMemory::new(&mut work));
+        let (mut a, mut work) = (rows.concat(), [0.0; workspace_len(4)]);
+        let it = Orthogonal::new(&mut a, (4, 3), &|_| false, 1e-8, &mut WorkspaceSlices::new(&mut work));
         assert!(it.rank == 3 && it.condition > 1e4, "{} {}", it.rank, it.condition);
         for row in rows {
             // Rows lie in the span of the first columns of Q, and keep their length.

@@ -82,7 +82,7 @@ impl<'a> Svd<'a> {
 }
 
 /// Makes all pairs of columns orthogonal once; false where they were, to the rounding of their products.
-/// `squares` is memory for the squares of their lengths.
+/// `squares` is a workspace for the squares of their lengths.
 fn sweep(m: usize, n: usize, a: &mut [f64], v: &mut [f64], squares: &mut [f64]) -> bool {
     (0..n).for_each(|j| squares[j] = squared_length(a, m, j));
     let rounding = m as f64 * f64::EPSILON;

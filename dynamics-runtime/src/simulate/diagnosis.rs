@@ -225,12 +225,11 @@ pub(crate) fn explain_singular_mass_matrix<M: Constraints>(model: &M, state: &M:
     });
     // Parameters that are 0: masses and moments of inertia, or without units any parameter. Where no such
     // parameter is 0, lengths, for a mass without a lever arm has no moment of inertia.
-    let is_inertia =
-        |unit: &str| unit.is_empty() || UnitDimension::parse(unit).is_some_and(UnitDimension::is_inertia);
-    let is_lever = |unit: &str| UnitDimension::parse(unit) == Some(UnitDimension::LENGTH);
-    let zero_parameters = |has_kind: fn(&str) -> bool| {
+    let is_inertia = |named: &Quantity| named.unit.is_empty() || named.dimension.is_inertia();
+    let is_lever = |named: &Quantity| named.dimension == UnitDimension::LENGTH;
+    let zero_parameters = |has_kind: fn(&Quantity) -> bool| {
         let share = move |(i, named): (usize, &Quantity)| {
-            (i, if model.parameter(i) == Some(0.0) && has_kind(named.unit) { 1.0 } else { 0.0 })
+            (i, if model.parameter(i) == Some(0.0) && has_kind(named) { 1.0 } else { 0.0 })
         };
         TopContributors::ranked(M::PARAMETERS, M::PARAMETERS.iter().enumerate().map(share))
     };

@@ -166,10 +166,10 @@ pub const fn conserved<const K: usize>(names: [&'static str; K]) -> [ConservedQu
 }
 
 pub const fn names<const K: usize>(names: [&'static str; K]) -> [Quantity; K] {
-    let mut out = [Quantity { name: "", unit: "" }; K];
+    let mut out = [Quantity::without_unit(""); K];
     let mut i = 0;
     while i < K {
-        out[i] = Quantity { name: names[i], unit: "" };
+        out[i] = Quantity::without_unit(names[i]);
         i += 1;
     }
     out

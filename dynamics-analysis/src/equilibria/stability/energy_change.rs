@@ -19,8 +19,8 @@ use dynamics_runtime::constrain::at_time;
 use dynamics_runtime::model::{Constraints, ModelState, Powers, Vector};
 use nalgebra::{DMatrix, DVector};
 
-use super::super::displacement::{displaced, fastest, projected};
 use super::super::statics::{Statics, scales};
+use crate::displacement::{displaced, fastest, projected};
 
 /// Displacements of the positions at which forces are tested, in the scales of the coordinates: near and far,
 /// to both sides. A model whose forces have no potential passes at all of them only by chance.
@@ -82,7 +82,7 @@ pub(super) fn energy_change<M: Constraints + Powers>(
         let later = at_time(state, state.t() + 0.73 * (1 + sample) as f64);
         let nearby = displaced(&later, &(&here.tangent.positions * step));
         // Positions that the mechanism cannot reach are left out.
-        let Some(nearby) = projected(model, &constants, nearby) else { continue };
+        let Ok(nearby) = projected(model, &constants, nearby) else { continue };
         let Ok(there) = Statics::of(model, &nearby, order) else { return EnergyChange::Unknown };
         let Ok(before) = Statics::of(model, &at_time(&nearby, state.t()), order) else {
             return EnergyChange::Unknown;

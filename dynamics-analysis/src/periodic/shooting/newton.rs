@@ -15,6 +15,7 @@ use dynamics_runtime::simulate::Simulate;
 use nalgebra::{DMatrix, DVector};
 
 use super::Hold;
+use crate::displacement::moved_along;
 use crate::periodic::PeriodicError;
 use crate::periodic::corners::slope;
 use crate::periodic::flow::Flow;
@@ -419,7 +420,6 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
 
     /// The residual of a held value and its derivatives, both divided by the largest derivative.
     fn held(&self, hold: &Hold, state: &M::State, frame: &Frame) -> (f64, DVector<f64>) {
-        let n = M::Vector::LEN;
         let rows = frame.rows();
         let gradient = match hold {
             Hold::Coordinate(index, _) => {
@@ -427,12 +427,7 @@ impl<'a, 'm, M: Simulate> ShootingProblem<'a, 'm, M> {
             }
             Hold::Energy(_) => DVector::from_fn(frame.len(), |k, _| {
                 let along = frame.basis.column(k) * self.sizes[rows[k]];
-                slope(ENERGY_STEP, |by| {
-                    let mut moved = *state;
-                    (0..n).for_each(|i| moved.q_mut()[i] += by * along[i]);
-                    (0..n).for_each(|i| moved.u_mut()[i] += by * along[n + i]);
-                    self.flow.model.energy_function(&moved)
-                })
+                slope(ENERGY_STEP, |by| self.flow.model.energy_function(&moved_along(state, &along, by)))
             }),
         };
         let miss = match hold {

@@ -1,10 +1,11 @@
 //! Names, sizes, types and texts.
 
+use dynamics_symbolic::check::units::Unit;
 use dynamics_symbolic::compile::Compiled;
 use proc_macro2::{Ident, Span, TokenStream};
 use quote::quote;
 
-use super::super::{Surface, local, plain, quiet};
+use super::super::{Slot, Surface, local, plain, quiet};
 
 /// Names and units of the scalars of a model.
 #[derive(Default)]
@@ -32,8 +33,24 @@ pub(super) fn quantities<'a>(
     private: &TokenStream,
     named: impl Iterator<Item = (&'a str, &'a str)>,
 ) -> TokenStream {
-    let items = named.map(|(name, unit)| quote!(#private::Quantity { name: #name, unit: #unit }));
+    let items = named.map(|(name, unit)| {
+        let dimension = dimension(private, unit);
+        quote!(#private::Quantity { name: #name, unit: #unit, dimension: #dimension })
+    });
     quote!(&[#(#items),*])
+}
+
+/// The `UnitDimension` of a unit.
+fn dimension(private: &TokenStream, unit: &str) -> TokenStream {
+    let kind = quote!(#private::UnitDimension);
+    let parsed = Unit::parse(unit).ok().flatten();
+    match parsed.and_then(|parsed| parsed.dimension.mechanical_exponents()) {
+        Some(_) if unit == "rad" => quote!(#kind::Angle),
+        Some([length, mass, time]) => {
+            quote!(#kind::Mechanical { length: #length, mass: #mass, time: #time })
+        }
+        None => quote!(#kind::Other),
+    }
 }
 
 /// The names of a model's quantities, as constants of `impl Dynamics`.
@@ -47,7 +64,13 @@ pub(in super::super) fn named(surface: &Surface, names: &Names) -> TokenStream {
     let quantity_list = quote!(&'static [#private::Quantity]);
     // Most models have none, and the trait says so.
     let speeds = (!names.speeds.is_empty()).then(|| list(&names.speeds));
-    let speeds = speeds.map(|speeds| quote!(const SPEEDS: #quantity_list = #speeds;));
+    let lengths = surface.speeds.iter().map(Slot::width);
+    let speeds = speeds.map(|speeds| {
+        quote! {
+            const SPEEDS: #quantity_list = #speeds;
+            const SPEED_LENGTHS: &'static [#private::usize] = &[#(#lengths),*];
+        }
+    });
     quote! {
         #speeds
         const COORDINATES: #quantity_list = #coordinates;

@@ -295,9 +295,9 @@ impl<M: Constraints> PositionSearch<'_, '_, M> {
         let mut displaced = *guess;
         for j in workspace::free_columns(self.given) {
             let q = guess.q().as_slice()[j];
-            let unit = M::COORDINATES[j].unit;
-            let by =
-                if unit == "rad" { core::f64::consts::PI } else { q.abs().max(model_size(self.model, unit)) };
+            let coordinate = &M::COORDINATES[j];
+            let size = || q.abs().max(model_size(self.model, coordinate));
+            let by = if coordinate.is_angle() { core::f64::consts::PI } else { size() };
             // Pseudo-random between −1 and 1, different for each coordinate and guess.
             let (part, _) = math::sin_cos(1.3 + 2.399_963 * (1 + restart + RESTARTS * j) as f64);
             displaced.q_mut()[j] = q + by * part;

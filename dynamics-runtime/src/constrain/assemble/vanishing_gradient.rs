@@ -10,8 +10,8 @@ use crate::error::SolveError;
 use crate::linalg::{max_abs, norm, swap_rows};
 use crate::model::{Constraints, ModelState, StaticTraits, Vector};
 
-/// Memory of [`check_gradients`], besides the assembly.
-pub(in crate::constrain) const fn check_memory(n: usize, r: usize) -> usize {
+/// Length of the workspace of [`check_gradients`], besides the assembly.
+pub(in crate::constrain) const fn check_workspace_len(n: usize, r: usize) -> usize {
     n * n + 2 * r * n
 }
 
@@ -87,7 +87,7 @@ fn has_semidefinite_hessian<M: Constraints>(
     workspace: &mut [f64],
 ) -> bool {
     let (n, r) = (M::Vector::LEN, M::Rows::LEN);
-    let values = borrow_workspace(workspace, n, r).zeros(check_memory(n, r));
+    let values = borrow_workspace(workspace, n, r).zeros(check_workspace_len(n, r));
     let mut one = M::Rows::zeros();
     one[row] = 1.0;
     model.constraint_derivatives(state, &one, values);

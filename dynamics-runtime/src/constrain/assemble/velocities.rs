@@ -2,18 +2,14 @@
 
 use super::workspace::{AssemblyWorkspace, free_columns, shift};
 use super::{ASSEMBLY_TOLERANCE, NOTHING_GIVEN, nearby_on_constraints, one_plus_largest, worst_violation};
-use crate::constrain::TopContributors;
 use crate::constrain::active_set::active_rows;
 use crate::constrain::nearby::NEARBY_DISTANCE;
+use crate::constrain::{SINGULAR_VALUE_TOLERANCE, TopContributors};
 use crate::error::StateError;
 use crate::linalg::Svd;
 use crate::linalg::{dot, norm};
 use crate::math;
 use crate::model::{Constraints, ModelState, Vector};
-
-/// Singular values below this part of the largest count as zero. A singular position is itself known to
-/// √ε = 1.5·10⁻⁸ only, and zeros come out about as large as that.
-const VELOCITY_RANK_TOLERANCE: f64 = 1e-7;
 
 /// Solves for the velocities that are not given, which are 0 in the state. Returns whether the rank was below
 /// the number of rows, so that the position may be singular.
@@ -30,7 +26,7 @@ pub(super) fn solve<M: Constraints>(
     // The second pass removes the rounding errors of the first.
     for _ in 0..2 {
         work.load_residual::<M>(state.active_set(), false, model.velocity_residual(state).as_slice())?;
-        work.solve(0, VELOCITY_RANK_TOLERANCE, 0.0);
+        work.solve(0, SINGULAR_VALUE_TOLERANCE, 0.0);
         shift(state.u_mut().as_mut_slice(), given, work.weights, 1.0, work.steps[0]);
         least_energy(state, given, work);
     }
@@ -58,7 +54,7 @@ pub(super) fn solve<M: Constraints>(
 /// Number of directions in which the constraints leave the free velocities open.
 fn open_directions(work: &AssemblyWorkspace<'_>) -> usize {
     let svd = work.svd();
-    svd.sigma.iter().filter(|sigma| **sigma <= VELOCITY_RANK_TOLERANCE * svd.largest()).count()
+    svd.sigma.iter().filter(|sigma| **sigma <= SINGULAR_VALUE_TOLERANCE * svd.largest()).count()
 }
 
 /// Rejects velocities along directions that are open at this position only. Those of least energy then belong
@@ -67,15 +63,15 @@ pub(super) fn check_branch<M: Constraints>(
     model: &M,
     state: &M::State,
     given: &[bool],
-    memory: &mut [f64],
+    workspace: &mut [f64],
 ) -> Result<(), StateError> {
     let n = given.len();
     let (Some(nothing_given), Some(nearby_state)) =
-        (NOTHING_GIVEN.get(..n), nearby_on_constraints(model, state, memory))
+        (NOTHING_GIVEN.get(..n), nearby_on_constraints(model, state, workspace))
     else {
         return Ok(());
     };
-    let work = &mut AssemblyWorkspace::new(memory, n, M::ROWS.len());
+    let work = &mut AssemblyWorkspace::new(workspace, n, M::ROWS.len());
     let decompose = |work: &mut AssemblyWorkspace<'_>, at: &M::State, given: &[bool]| {
         work.evaluate(model, at);
         work.weigh();
@@ -102,7 +98,7 @@ pub(super) fn check_branch<M: Constraints>(
     }
     decompose(work, state, nothing_given)?;
     let svd = work.svd();
-    let (cut, all) = (VELOCITY_RANK_TOLERANCE * svd.largest(), 0..svd.sigma.len());
+    let (cut, all) = (SINGULAR_VALUE_TOLERANCE * svd.largest(), 0..svd.sigma.len());
     // The rows that depend on each other: 1 − Σ (A v/σ)² of the independent directions.
     let reached = |k: usize, c: usize| math::powi(svd.column(c)[k] / svd.sigma[c], 2);
     let unreached_share =
@@ -116,7 +112,7 @@ pub(super) fn check_branch<M: Constraints>(
 fn store_open_shares(work: &mut AssemblyWorkspace<'_>, to: usize) {
     let (_, f) = work.shape;
     let AssemblyWorkspace { v, sigma, steps, .. } = work;
-    let cut = VELOCITY_RANK_TOLERANCE * sigma[..f].iter().copied().fold(0.0, f64::max);
+    let cut = SINGULAR_VALUE_TOLERANCE * sigma[..f].iter().copied().fold(0.0, f64::max);
     for (i, share) in steps[to][..f].iter_mut().enumerate() {
         *share = (0..f).filter(|c| sigma[*c] <= cut).map(|c| math::powi(v[c * f + i], 2)).sum();
     }
@@ -137,7 +133,7 @@ fn least_energy<S: ModelState>(state: &mut S, given: &[bool], work: &mut Assembl
         spare: [a, v, sigma],
         ..
     } = work;
-    let cut = VELOCITY_RANK_TOLERANCE * singular_values[..f].iter().copied().fold(0.0, f64::max);
+    let cut = SINGULAR_VALUE_TOLERANCE * singular_values[..f].iter().copied().fold(0.0, f64::max);
     let null = || (0..f).filter(|c| singular_values[*c] <= cut).map(|c| &right_vectors[c * f..][..f]);
     let k = null().count();
     // Wᵀ M x of a vector in unscaled coordinates, for the free ones.

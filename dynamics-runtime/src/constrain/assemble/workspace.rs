@@ -1,4 +1,4 @@
-//! Memory of the assembly, and the linearised constraints in it: A y = −Φ/s with A = Φ_q/(s w), y = w q.
+//! Workspace of the assembly, and in it the linearised constraints A y = −Φ/s with A = Φ_q/(s w), y = w q.
 
 use crate::constrain::active_set::{active, active_rows};
 use crate::constrain::gradients;
@@ -38,15 +38,18 @@ pub(super) struct AssemblyWorkspace<'w> {
     pub(super) shape: (usize, usize),
 }
 
-/// Length of the memory of a [`AssemblyWorkspace`].
-pub(in crate::constrain) const fn memory(n: usize, r: usize) -> usize {
+/// Length of the workspace of an [`AssemblyWorkspace`].
+pub(in crate::constrain) const fn workspace_len(n: usize, r: usize) -> usize {
     4 * n * n + 2 * r * n + 7 * n + 4 * r
 }
 
 impl<'w> AssemblyWorkspace<'w> {
-    pub(super) fn new(memory: &'w mut [f64], n: usize, r: usize) -> Self {
-        assert!(memory.len() >= self::memory(n, r), "the workspace is shorter than `workspace_len`");
-        let mut rest = memory;
+    pub(super) fn new(workspace: &'w mut [f64], n: usize, r: usize) -> Self {
+        assert!(
+            workspace.len() >= self::workspace_len(n, r),
+            "the workspace is shorter than `workspace_len`"
+        );
+        let mut rest = workspace;
         let mut take = |len: usize| {
             let (head, tail) = core::mem::take(&mut rest).split_at_mut(len);
             rest = tail;

@@ -13,7 +13,7 @@
 use super::sign_patterns::pattern_count;
 use super::{FrictionProblem, FrictionSolutions, SAME_TOLERANCE};
 use crate::linalg::Lu;
-use crate::linalg::{WorkMemory, dot, max_abs};
+use crate::linalg::{WorkspaceSlices, dot, max_abs};
 use crate::model::{Constraints, Vector};
 
 /// Most Newton steps from one start. Piecewise linear laws take two.
@@ -46,7 +46,7 @@ impl<M: Constraints> FrictionProblem<'_, '_, M> {
             let (largest_reaction, rounding_of_reactions) =
                 (self.largest_reaction(&lambda), self.rounding_of_reactions());
             let residual = max_abs(&self.right[..k]);
-            let lu = Lu::new(&mut self.matrix[..k * k], k, &mut WorkMemory::new(lu_memory));
+            let lu = Lu::new(&mut self.matrix[..k * k], k, &mut WorkspaceSlices::new(lu_memory));
             let negative = lu.negative;
             if residual <= rounding_of_reactions.max(1e-13 * largest_reaction) {
                 return Some((lambda, negative));
@@ -112,7 +112,7 @@ impl<M: Constraints> FrictionProblem<'_, '_, M> {
             if residual <= FULL_STEP_RESIDUAL * self.largest_reaction(&lambda) {
                 return Some(lambda);
             }
-            let lu = Lu::new(&mut self.matrix[..k * k], k, &mut WorkMemory::new(lu_memory));
+            let lu = Lu::new(&mut self.matrix[..k * k], k, &mut WorkspaceSlices::new(lu_memory));
             if lu.least > MIN_NEWTON_PIVOT {
                 lu.solve(&self.right[..k], &mut self.step[..k]);
             } else {

@@ -11,7 +11,7 @@
 
 use crate::integrate::explicit::dop853_table::*;
 use crate::integrate::explicit::tableau::{stages, stiffness, sum, sum_by, unrolled_stages};
-use crate::integrate::phase::zip;
+use crate::integrate::phase::{scaled, zip};
 use crate::integrate::{ControllerSettings, Method, Nested, Phase, Scheme, StepNode, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
@@ -102,11 +102,6 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
         Ok(self.end_and_error(y, tolerances))
     }
 
-    #[inline(always)]
-    fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
-        system.accelerations(end_t, &end.q, &end.u)
-    }
-
     fn dense<S: System<V>>(
         &mut self,
         system: &mut S,
@@ -119,10 +114,7 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
         k[12] = end.derivative();
         stages(system, (*t, y, h), (&ROWS[11..], &C, 13), k)?;
         let [change, bend, twist] = Nested::<V, 8>::ends(start, end, h);
-        let higher = |row: &[(usize, f64)]| {
-            let s = sum_by(row, k);
-            zip(&s, &s, |s, _| h * s)
-        };
+        let higher = |row: &[(usize, f64)]| scaled(h, &sum_by(row, k));
         Ok(Nested([*y, change, bend, twist, higher(&D4), higher(&D5), higher(&D6), higher(&D7)]))
     }
 
@@ -131,8 +123,7 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
     }
 
     fn error_vector(&self) -> Phase<V> {
-        let error = sum(&E5, &self.k);
-        zip(&error, &error, |e, _| self.h * e)
+        scaled(self.h, &sum(&E5, &self.k))
     }
 
     fn stiffness(&self, h: f64, end: &StepNode<V>) -> Option<f64> {

@@ -13,7 +13,7 @@
 //!   coefficients as in Hairer, Nørsett, Wanner, *Solving ODE I*, table II.5.2 and §II.6.
 
 use crate::integrate::explicit::tableau::{TableauRow, stiffness, sum, unrolled_stages};
-use crate::integrate::phase::zip;
+use crate::integrate::phase::scaled;
 use crate::integrate::{ControllerSettings, Method, Nested, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 
@@ -111,9 +111,7 @@ impl<V: Vector> Scheme<V> for DormandPrince5<V> {
         h: f64,
     ) -> Result<Nested<V, 5>, S::Error> {
         let [change, bend, twist] = Nested::<V, 5>::ends(start, end, h);
-        let mut last = sum(&D, &self.k);
-        last = zip(&last, &last, |x, _| h * x);
-        Ok(Nested([start.y, change, bend, twist, last]))
+        Ok(Nested([start.y, change, bend, twist, scaled(h, &sum(&D, &self.k))]))
     }
 
     fn stages(&self) -> &[Phase<V>] {
@@ -121,8 +119,7 @@ impl<V: Vector> Scheme<V> for DormandPrince5<V> {
     }
 
     fn error_vector(&self) -> Phase<V> {
-        let error = sum(&E, &self.k);
-        zip(&error, &error, |e, _| self.h * e)
+        scaled(self.h, &sum(&E, &self.k))
     }
 
     fn stiffness(&self, h: f64, end: &StepNode<V>) -> Option<f64> {

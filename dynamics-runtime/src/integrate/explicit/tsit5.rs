@@ -14,7 +14,7 @@
 //!   rounded to the nearest `f64`.
 
 use crate::integrate::explicit::tableau::{TableauRow, stages, stiffness, sum, sum_by, unrolled_stages};
-use crate::integrate::phase::zip;
+use crate::integrate::phase::scaled;
 use crate::integrate::{ControllerSettings, Method, Nested, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 
@@ -135,9 +135,7 @@ impl<V: Vector> Scheme<V> for Tsit5<V> {
         h: f64,
     ) -> Result<Nested<V, 5>, S::Error> {
         let [change, bend, twist] = Nested::<V, 5>::ends(start, end, h);
-        let mut last = sum_by(&D, &self.k);
-        last = zip(&last, &last, |x, _| h * x);
-        Ok(Nested([start.y, change, bend, twist, last]))
+        Ok(Nested([start.y, change, bend, twist, scaled(h, &sum_by(&D, &self.k))]))
     }
 
     fn stages(&self) -> &[Phase<V>] {
@@ -145,8 +143,7 @@ impl<V: Vector> Scheme<V> for Tsit5<V> {
     }
 
     fn error_vector(&self) -> Phase<V> {
-        let error = sum(&E, &self.k);
-        zip(&error, &error, |e, _| self.h * e)
+        scaled(self.h, &sum(&E, &self.k))
     }
 
     fn stiffness(&self, h: f64, end: &StepNode<V>) -> Option<f64> {

@@ -13,7 +13,7 @@
 
 use crate::integrate::explicit::tableau::{advance, stages, stiffness, sum, sum_by, unrolled_stages};
 use crate::integrate::explicit::verner9_table::*;
-use crate::integrate::phase::zip;
+use crate::integrate::phase::scaled;
 use crate::integrate::{ControllerSettings, Method, Nested, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 
@@ -93,11 +93,6 @@ impl<V: Vector> Scheme<V> for Verner9<V> {
         Ok(self.end_and_error(y, tolerances))
     }
 
-    #[inline(always)]
-    fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
-        system.accelerations(end_t, &end.q, &end.u)
-    }
-
     fn dense<S: System<V>>(
         &mut self,
         system: &mut S,
@@ -110,10 +105,7 @@ impl<V: Vector> Scheme<V> for Verner9<V> {
         k[16] = end.derivative();
         stages(system, (*t, y, h), (&ROWS[15..], &C, 17), k)?;
         let [change, bend, twist] = Nested::<V, 9>::ends(start, end, h);
-        let higher = |row: &[(usize, f64)]| {
-            let s = sum_by(row, k);
-            zip(&s, &s, |s, _| h * s)
-        };
+        let higher = |row: &[(usize, f64)]| scaled(h, &sum_by(row, k));
         Ok(Nested([*y, change, bend, twist, higher(&D4), higher(&D5), higher(&D6), higher(&D7), higher(&D8)]))
     }
 
@@ -122,8 +114,7 @@ impl<V: Vector> Scheme<V> for Verner9<V> {
     }
 
     fn error_vector(&self) -> Phase<V> {
-        let error = sum(&E, &self.k);
-        zip(&error, &error, |e, _| self.h * e)
+        scaled(self.h, &sum(&E, &self.k))
     }
 
     fn stiffness(&self, h: f64, end: &StepNode<V>) -> Option<f64> {

@@ -9,7 +9,8 @@
 //! characteristic times of the mechanism allow it: |q|/|q̇|, √(|q|/|q̈|) and |q̈|/|q⃛|. In a part x of the
 //! least of them a method of order p has a relative error of order x^(p+1) in |q|; the step is the one for
 //! which this is a hundredth of the tolerance, but at most [`MAX_STEP_RATIO`] times the estimate above.
-//! Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.4, "starting step size".
+//! Source: Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.4, "starting step
+//! size", steps a to f, and the function `hinit` of the code `dopri5.f`.
 
 use crate::integrate::phase::zip;
 use crate::integrate::{Phase, StepNode, System, Tolerances};
@@ -19,6 +20,28 @@ use crate::model::Vector;
 /// Largest ratio of the step by characteristic times to the one by the second derivative: see the header. If
 /// they differ by more, one of them is not representative of the motion.
 const MAX_STEP_RATIO: f64 = 100.0;
+/// Length of the Euler step, in parts of the scale of the solution: step b of the source.
+const EULER_STEP_SHARE: f64 = 0.01;
+/// Local error that the first step aims at, in permitted errors: step e of the source.
+const FIRST_ERROR: f64 = 0.01;
+/// Norms of the state and of its derivative below this give no scale. As small as the bound of `hinit`, which
+/// compares the squares of norms with it.
+const ZERO_NORM: f64 = 1e-10;
+/// A step where nothing gives a scale, in the model's unit of time: steps b and e of the source.
+const STEP_WITHOUT_SCALE: f64 = 1e-6;
+/// Derivatives up to this, in permitted errors per unit of time, count as zero: step e of the source.
+const ZERO_CURVATURE: f64 = 1e-15;
+/// The step where derivatives are zero, in parts of the Euler step: step e of the source. It is short, since
+/// a force may act only later.
+const UNCURVED_STEP_SHARE: f64 = 1e-3;
+/// Largest ratio of the step by the second derivative to the Euler step that estimated it: step f of the
+/// source.
+const MAX_EULER_STEPS: f64 = 100.0;
+/// Most Euler steps that are tried where the accelerations have no value. If none has one, the first step is
+/// 10⁻⁸ of the first Euler step, and the loop of attempts reports what has no value.
+const MAX_EULER_TRIALS: u32 = 4;
+/// Factor from one trial of an Euler step to the next.
+const SHORTER_EULER_STEP: f64 = 1e-2;
 
 /// |h| for a method of the given order, which makes `long` steps or not; costs one to four evaluations.
 /// `direction` is ±1, `most` an upper bound.
@@ -33,28 +56,28 @@ pub(super) fn first_step<V: Vector, S: System<V>>(
     let slope = start.derivative();
     let size = |x: &Phase<V>| tolerances.norm(x, &start.y, &start.y);
     let (d0, d1) = (size(&start.y), size(&slope));
-    let mut h =
-        if d0 < 1e-10 || d1 < 1e-10 || !(d0 / d1).is_finite() { 1e-6 } else { 0.01 * d0 / d1 }.min(most);
+    let has_scale = d0 >= ZERO_NORM && d1 >= ZERO_NORM && (d0 / d1).is_finite();
+    let mut h = if has_scale { EULER_STEP_SHARE * d0 / d1 } else { STEP_WITHOUT_SCALE }.min(most);
     // The Euler step may leave the region where the accelerations exist. Then a smaller one is tried.
-    for _ in 0..4 {
+    for _ in 0..MAX_EULER_TRIALS {
         let y = zip(&start.y, &slope, |y, k| y + direction * h * k);
         let Ok(a) = system.accelerations(start.t + direction * h, &y.q, &y.u) else {
-            h *= 1e-2;
+            h *= SHORTER_EULER_STEP;
             continue;
         };
         let change = zip(&Phase { q: y.u, u: a }, &slope, |x, y| x - y);
         let d2 = size(&change) / h;
         if !d2.is_finite() {
-            h *= 1e-2;
+            h *= SHORTER_EULER_STEP;
             continue;
         }
         let curvature = d1.max(d2);
-        let fine = if curvature <= 1e-15 {
-            (h * 1e-3).max(1e-6)
+        let fine = if curvature <= ZERO_CURVATURE {
+            (h * UNCURVED_STEP_SHARE).max(STEP_WITHOUT_SCALE)
         } else {
-            math::powf(0.01 / curvature, 1.0 / f64::from(order))
+            math::powf(FIRST_ERROR / curvature, 1.0 / f64::from(order))
         };
-        let of_order = fine.min(100.0 * h);
+        let of_order = fine.min(MAX_EULER_STEPS * h);
         let characteristic = if long { characteristic_step(start, &a, h, order, tolerances) } else { 0.0 };
         return of_order.max(characteristic.min(MAX_STEP_RATIO * of_order)).min(most);
     }
@@ -78,7 +101,7 @@ fn characteristic_step<V: Vector>(
     let (q, u, a, change) = (size(q), size(u), size(start.a), size(change));
     // Infinite for a quantity that does not change.
     let time = (q / u).min(math::sqrt(q / a)).min(a * h / change);
-    let step = time * math::powf(0.01 / q, 1.0 / f64::from(order + 1));
+    let step = time * math::powf(FIRST_ERROR / q, 1.0 / f64::from(order + 1));
     if step.is_finite() { step } else { 0.0 }
 }
 

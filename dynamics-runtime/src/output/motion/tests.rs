@@ -5,7 +5,7 @@ use nalgebra::{SMatrix, SVector};
 use super::*;
 use crate::error::{SingularMassMatrix, SolveError};
 use crate::expr::Expr;
-use crate::model::{ActiveSet, Dynamics, Events, Model, Outputs, Powers, Quantity};
+use crate::model::{ActiveSet, Dynamics, Events, Model, Outputs, Powers, Quantity, UnitDimension};
 
 /// x = cos t and y = sin t: two masses on springs, one of which has no unit.
 struct Springs;
@@ -55,7 +55,7 @@ impl ModelState for SpringsState {
 }
 
 const fn quantity(name: &'static str, unit: &'static str) -> Quantity {
-    Quantity { name, unit }
+    Quantity { name, unit, dimension: UnitDimension::Other }
 }
 
 impl Model for Springs {

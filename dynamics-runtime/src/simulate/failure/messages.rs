@@ -183,7 +183,7 @@ pub(super) fn no_inertia(
          moves with "
     )?;
     f.write_str(if coordinates.count() == 1 { "it a positive mass" } else { "them a positive mass" })?;
-    if UnitDimension::parse(parameters.unit()) == Some(UnitDimension::LENGTH) {
+    if parameters.dimension() == UnitDimension::LENGTH {
         f.write_str(", and a lever that is not 0")?;
     }
     match parameters.count() {

@@ -18,7 +18,7 @@ use alloc::vec::Vec;
 
 use crate::constrain::active_set::{active_rows, holds};
 use crate::constrain::nearby::at_time;
-use crate::integrate::{Crossing, Direction, Phase, Step, StepNode, zip};
+use crate::integrate::{Crossing, Direction, Phase, Step, StepNode, plus_scaled, zip};
 use crate::linalg::max_abs;
 use crate::model::{Branches, Constraint, ModelState, SimulationModel, StaticTraits, Vector};
 use crate::simulate::events::action::EventAction;
@@ -363,15 +363,8 @@ impl<M: SimulationModel> RunState<'_, '_, '_, M> {
 
 /// The end of a step of size h with constant acceleration.
 fn extrapolated<V: Vector>(start: &StepNode<V>, h: f64) -> StepNode<V> {
-    let rates = Phase { q: plus_scaled(&start.y.u, &start.a, 0.5 * h), u: start.a };
+    let rates = Phase { q: plus_scaled(&start.y.u, 0.5 * h, &start.a), u: start.a };
     StepNode { t: start.t + h, y: zip(&start.y, &rates, |y, rate| y + h * rate), a: start.a }
-}
-
-/// x + factor y.
-fn plus_scaled<V: Vector>(x: &V, y: &V, factor: f64) -> V {
-    let mut sum = *x;
-    (0..V::LEN).for_each(|i| sum[i] += factor * y[i]);
-    sum
 }
 
 /// The rows that jump between two states which differ by rounding and by their branches alone.

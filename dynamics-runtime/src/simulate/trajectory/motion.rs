@@ -317,10 +317,10 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         self.rhs_in(index, Vec::new())
     }
 
-    /// The same, in memory that [`Stabilization::into_workspace`] of another one returned.
-    pub(crate) fn rhs_in(&self, index: usize, memory: Vec<f64>) -> RightHandSide<'_, 'm, M> {
+    /// The same, in a workspace that [`Stabilization::into_workspace`] of another one returned.
+    pub(crate) fn rhs_in(&self, index: usize, workspace: Vec<f64>) -> RightHandSide<'_, 'm, M> {
         let Record { state, mean_sensitivity, correction_time, .. } = &self.trajectory.records[index];
-        let mut stabilization = self.stabilization(*mean_sensitivity, memory);
+        let mut stabilization = self.stabilization(*mean_sensitivity, workspace);
         stabilization.replay_correction_time(*correction_time);
         RightHandSide {
             model: self.model,
@@ -337,10 +337,10 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         }
     }
 
-    fn stabilization(&self, mean_sensitivity: Option<f64>, memory: Vec<f64>) -> Stabilization<M> {
+    fn stabilization(&self, mean_sensitivity: Option<f64>, workspace: Vec<f64>) -> Stabilization<M> {
         let run = (self.start_time(), self.end_time());
         let mut stabilization =
-            Stabilization::with_workspace(self.formulation(), f64::INFINITY, self.constants, run, memory);
+            Stabilization::with_workspace(self.formulation(), f64::INFINITY, self.constants, run, workspace);
         stabilization.mean_sensitivity = mean_sensitivity;
         stabilization.is_under_way = true;
         stabilization
@@ -366,13 +366,13 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
     /// it was kept.
     fn interpolant(&self, index: usize, replay: &mut Option<ReplayState<M>>) -> CachedInterpolant<M::Vector> {
         let step = self.step(index);
-        let (mut step_replay, memory) = match replay.take() {
-            Some(ReplayState { step_replay, next, memory }) => {
-                (step_replay.filter(|_| next == index), memory)
+        let (mut step_replay, workspace) = match replay.take() {
+            Some(ReplayState { step_replay, next, workspace }) => {
+                (step_replay.filter(|_| next == index), workspace)
             }
             None => (None, Vec::new()),
         };
-        let mut rhs = self.rhs_in(index, memory);
+        let mut rhs = self.rhs_in(index, workspace);
         let tolerances = &self.trajectory.tolerances;
         let erased_method = self.trajectory.erased_method_of(index).filter(|_| self.is_repeatable());
         let remade = erased_method.and_then(|erased_method| {
@@ -389,7 +389,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         };
         let projects = M::IS_CONSTRAINED && rhs.projects_between(&*interpolant, &step, tolerances);
         *replay =
-            Some(ReplayState { step_replay, next: index + 1, memory: rhs.stabilization.into_workspace() });
+            Some(ReplayState { step_replay, next: index + 1, workspace: rhs.stabilization.into_workspace() });
         CachedInterpolant { index, interpolant, projects }
     }
 
@@ -454,11 +454,11 @@ pub struct Sampler<'a, 'm, M: SimulationModel> {
 }
 
 /// State of the method after a step that was made again, the index of the step that it can go on with, and
-/// the memory of the constraint stabilization.
+/// the workspace of the constraint stabilization.
 struct ReplayState<M: SimulationModel> {
     step_replay: Option<Box<dyn StepReplay<M>>>,
     next: usize,
-    memory: Vec<f64>,
+    workspace: Vec<f64>,
 }
 
 impl<'a, 'm, M: SimulationModel> Sampler<'a, 'm, M> {

@@ -92,7 +92,7 @@ impl<M: SimulationModel> Motion<'_, M> {
         let records = &self.trajectory.records;
         let steps_left = MAX_STEPS_PER_STEP * part.len() + 1000;
         let (mut a, mut halved) =
-            (None, HalvedRun { step_replay, memory: Vec::new(), steps_left, given_up: None });
+            (None, HalvedRun { step_replay, workspace: Vec::new(), steps_left, given_up: None });
         for index in part.filter(|index| index + 1 < records.len()) {
             let [here, there] = [0, 1].map(|i| records[index + i].knot());
             if records[index].flags.branches {
@@ -155,8 +155,8 @@ impl<M: SimulationModel> Motion<'_, M> {
         (t, y, a): (f64, Phase<M::Vector>, Option<M::Vector>),
         end_t: f64,
     ) -> Option<StepNode<M::Vector>> {
-        let HalvedRun { step_replay, memory, .. } = halved;
-        let mut rhs = self.rhs_in(index, core::mem::take(memory));
+        let HalvedRun { step_replay, workspace, .. } = halved;
+        let mut rhs = self.rhs_in(index, core::mem::take(workspace));
         let record = &self.trajectory.records[index];
         let flags = StepFlags { stages: record.flags.stages, ..StepFlags::default() };
         let mut make = || {
@@ -178,7 +178,7 @@ impl<M: SimulationModel> Motion<'_, M> {
             Some(step.end)
         };
         let end = make();
-        *memory = rhs.stabilization.into_workspace();
+        *workspace = rhs.stabilization.into_workspace();
         end
     }
 
@@ -195,7 +195,7 @@ impl<M: SimulationModel> Motion<'_, M> {
 struct HalvedRun<M: SimulationModel> {
     step_replay: Box<dyn StepReplay<M>>,
     /// What the constraints are kept in.
-    memory: Vec<f64>,
+    workspace: Vec<f64>,
     steps_left: usize,
     given_up: Option<f64>,
 }

@@ -60,6 +60,16 @@ impl Dimension {
         Self([x(e[0]), x(e[1]), x(e[2]), x(e[3]), x(e[4]), x(e[5]), x(e[6])])
     }
 
+    /// The exponents of length, mass and time; `None` where one is no integer or is beyond all reason, or
+    /// where another base has an exponent.
+    #[must_use]
+    pub fn mechanical_exponents(&self) -> Option<[i8; 3]> {
+        let [length, mass, time, others @ ..] = self.0;
+        let integer = |e: Exponent| i8::try_from(e.numerator()).ok().filter(|_| e.denominator() == 1);
+        let exponents = [integer(length)?, integer(mass)?, integer(time)?];
+        others.iter().all(|e| e.is_zero()).then_some(exponents)
+    }
+
     /// Whether it is 1.
     #[must_use]
     pub fn is_one(&self) -> bool {
@@ -154,7 +164,32 @@ const US_NAMED: NamedDimensions = &[
 
 #[cfg(test)]
 mod tests {
+    use super::super::Unit;
     use super::{Dimension, Exponent, System};
+
+    #[test]
+    fn mechanical_dimensions_have_three_exponents() {
+        let exponents = |text: &str| {
+            let unit = Unit::parse(text).expect("a unit").expect("not to be inferred");
+            unit.dimension.mechanical_exponents()
+        };
+        for (text, expected) in [
+            ("1", [0, 0, 0]),
+            ("rad", [0, 0, 0]),
+            ("ft", [1, 0, 0]),
+            ("kg * m ^ 2 / s", [2, 1, -1]),
+            ("m^3/(kg*s^2)", [3, -1, -2]),
+            ("N*m/(m/s)^2", [0, 1, 0]),
+            ("N*s^2/m", [0, 1, 0]),
+            ("lb*s^2/ft", [0, 1, 0]),
+            ("V*A", [2, 1, -3]),
+        ] {
+            assert_eq!(exponents(text), Some(expected), "{text}");
+        }
+        for text in ["V", "m^(1/2)", "m^200", "K"] {
+            assert_eq!(exponents(text), None, "{text}");
+        }
+    }
 
     #[test]
     fn dimensions_read_as_engineers_write_them() {

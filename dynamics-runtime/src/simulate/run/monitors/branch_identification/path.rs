@@ -7,7 +7,7 @@
 
 use alloc::vec::Vec;
 
-use crate::integrate::{Phase, StepNode};
+use crate::integrate::{Phase, StepNode, plus_scaled};
 use crate::linalg::norm;
 use crate::model::{Constraints, ModelState, Vector};
 use crate::simulate::right_hand_side::RightHandSide;
@@ -100,7 +100,7 @@ impl<'p, 'r, 'm, M: Constraints> BranchPath<'p, 'r, 'm, M> {
             [EXTRAPOLATION_NODES, EXTRAPOLATION_NODES - 1].map(|n| self.extrapolated(&nodes[..n], distance));
         let met = self.phase_at(1.0, distance)?;
         let [septic, quintic, met] = [septic, quintic, met].map(|y| self.gradient(1.0, distance, &y));
-        let difference = |a: &M::Vector, b: &M::Vector| norm(plus_scaled(a, b, -1.0).as_slice());
+        let difference = |a: &M::Vector, b: &M::Vector| norm(plus_scaled(a, -1.0, b).as_slice());
         let size = norm(septic.as_slice());
         let decided = difference(&septic, &quintic) <= MAX_PREDICTION_DIFFERENCE * size && size > 0.0;
         decided.then(|| difference(&septic, &met) <= MAX_BRANCH_DIFFERENCE * size)
@@ -144,8 +144,8 @@ impl<'p, 'r, 'm, M: Constraints> BranchPath<'p, 'r, 'm, M> {
     /// One Runge–Kutta step of order 4, whose end is projected.
     fn step(&mut self, t: f64, y: &Phase<M::Vector>, h: f64) -> Option<Phase<M::Vector>> {
         let ahead = |k: &Phase<M::Vector>, h: f64| Phase {
-            q: plus_scaled(&y.q, &k.q, h),
-            u: plus_scaled(&y.u, &k.u, h),
+            q: plus_scaled(&y.q, h, &k.q),
+            u: plus_scaled(&y.u, h, &k.u),
         };
         let one = self.derivative(t, y)?;
         let two = self.derivative(t + 0.5 * h, &ahead(&one, 0.5 * h))?;
@@ -153,8 +153,8 @@ impl<'p, 'r, 'm, M: Constraints> BranchPath<'p, 'r, 'm, M> {
         let four = self.derivative(t + h, &ahead(&three, h))?;
         let mut end = *y;
         for (k, weight) in [(one, 1.0), (two, 2.0), (three, 2.0), (four, 1.0)] {
-            end.q = plus_scaled(&end.q, &k.q, h * weight / 6.0);
-            end.u = plus_scaled(&end.u, &k.u, h * weight / 6.0);
+            end.q = plus_scaled(&end.q, h * weight / 6.0, &k.q);
+            end.u = plus_scaled(&end.u, h * weight / 6.0, &k.u);
         }
         let (model, constants) = (self.rhs.model, self.rhs.constants);
         let mut state = self.rhs.state(t + h, &end.q, &end.u);
@@ -200,11 +200,4 @@ impl<'p, 'r, 'm, M: Constraints> BranchPath<'p, 'r, 'm, M> {
         }
         out
     }
-}
-
-/// x + factor · y.
-fn plus_scaled<V: Vector>(x: &V, y: &V, factor: f64) -> V {
-    let mut out = *x;
-    (0..V::LEN).for_each(|i| out[i] += factor * y[i]);
-    out
 }

@@ -1,12 +1,12 @@
-//! Work memory that a caller lends, divided into slices, and indices stored in it.
+//! A workspace that a caller lends, divided into slices, and indices stored in it.
 
-/// The unused rest of the memory that a caller lends.
-pub(crate) struct WorkMemory<'w>(&'w mut [f64]);
+/// The unused rest of a workspace.
+pub(crate) struct WorkspaceSlices<'w>(&'w mut [f64]);
 
-impl<'w> WorkMemory<'w> {
-    /// All of the memory. The caller has to provide enough.
-    pub(crate) fn new(memory: &'w mut [f64]) -> Self {
-        Self(memory)
+impl<'w> WorkspaceSlices<'w> {
+    /// All of a workspace. The caller has to provide enough.
+    pub(crate) fn new(workspace: &'w mut [f64]) -> Self {
+        Self(workspace)
     }
 
     /// The next `len` numbers, as they are.
@@ -31,7 +31,7 @@ impl<'w> WorkMemory<'w> {
     }
 }
 
-/// Indices in memory for numbers: exact up to 2⁵³.
+/// Indices in a workspace, which is for numbers: exact up to 2⁵³.
 pub(crate) struct Indices<'w>(&'w mut [f64]);
 
 impl Indices<'_> {
