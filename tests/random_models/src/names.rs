@@ -213,7 +213,8 @@ pub const NASTY: &[&str] = &[
 
 /// Names that have meanings of their own as fields of `q`, or methods of states: not for coordinates and
 /// inputs.
-pub const NOT_FOR_COORDINATES: &[&str] = &["t", "q", "u", "inputs", "modes", "active_set", "build", "new", "hold"];
+pub const NOT_FOR_COORDINATES: &[&str] =
+    &["t", "q", "u", "inputs", "modes", "active_set", "build", "new", "hold"];
 
 /// The function that every model has already: a model with one of this name is refused.
 pub const GENERATED: &str = "state";
