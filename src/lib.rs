@@ -84,10 +84,10 @@ pub use dynamics_runtime::{lanes, math, reaction, scalar, series, sin_cos};
 
 /// What a model and a run need: `use dynamics::prelude::*;`.
 ///
-/// Traits stand here `as _` if only their methods are called. Everything else is reached by module: charts and
-/// animations in [`output`], errors of states in [`error`], results and errors of runs in [`simulate`], traits
-/// for generic code in [`model`], mechanisms that inputs drive in [`kinematics`], equilibria, vibration,
-/// parameters and studies in [`analysis`], further words of models in [the root](crate).
+/// Traits stand here `as _` if only their methods are called. Everything else is reached by module: charts
+/// and animations in [`output`], errors of states in [`error`], results and errors of runs in [`simulate`],
+/// traits for generic code in [`model`], mechanisms that inputs drive in [`kinematics`], equilibria,
+/// vibration, parameters and studies in [`analysis`], further words of models in [the root](crate).
 pub mod prelude {
     // Macros, and the attributes of a model's functions: here their documentation is found by editors.
     pub use dynamics_macros::{

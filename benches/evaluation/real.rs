@@ -7,8 +7,10 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use dynamics::sin_cos;
 
 /// What the hand-written functions need of a number.
-pub(crate) trait Real:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+pub(crate) trait Real: Copy
+where
+    Self: Add<Output = Self> + Sub<Output = Self> + Neg<Output = Self>,
+    Self: Mul<Output = Self> + Div<Output = Self>,
 {
     fn of(x: f64) -> Self;
     fn sqrt(self) -> Self;

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Counts instructions and fails where one of the counts in benches/counts.rs is exceeded. Needs valgrind and gungraun's runner
-# (`cargo install --version 0.20.0 gungraun-runner`); says so and succeeds where they are absent.
+# Counts instructions and fails where one of the counts in benches/counts.rs is exceeded. Needs valgrind and
+# gungraun's runner (`cargo install --version 0.20.0 gungraun-runner`); says so and succeeds where they are
+# absent.
 set -euo pipefail
 cd "$(dirname "$0")"
 if ! command -v valgrind >/dev/null; then

@@ -1,15 +1,18 @@
 #!/usr/bin/env bash
-# Measures other solvers on the problems of `examples/work_precision.rs`, then ours beside them, and single evaluations of accelerations beside what others
-# generate, on this machine.
+# Measures other solvers on the problems of `examples/work_precision.rs`, then ours beside them, and single
+# evaluations of accelerations beside what others generate, on this machine.
 #
 #   benches/peers/run.sh [all | heyoka | scipy | sundials | casadi | crates | ours | evaluation]...
 #
-# Needs Rust; python3 with venv for heyoka, SciPy and whatever integrates Andrews' mechanism; gcc for Andrews' mechanism and, with g++, for the evaluations; SUNDIALS 6 with its headers
-# (Debian: libsundials-dev). What cannot be had is passed over, and says so. Everything is installed into a folder of its own below
-# `$CARGO_TARGET_DIR` or `benches/peers/target`; about 20 minutes in all, most of it for SciPy's implicit methods and for compiling.
+# Needs Rust; python3 with venv for heyoka, SciPy and whatever integrates Andrews' mechanism; gcc for Andrews'
+# mechanism and, with g++, for the evaluations; SUNDIALS 6 with its headers (Debian: libsundials-dev). The
+# script skips a part whose programs are missing, and says so. Everything is installed into a folder of its
+# own below `$CARGO_TARGET_DIR` or `benches/peers/target`. It takes about 20 minutes in all, most of it for
+# SciPy's implicit methods and for compiling.
 #
-# PEERS_PYTHON names a Python that has heyoka, scipy, numba and casadi already. PEERS_PREFIX is put before every measurement, for example
-# `nice -n -20 taskset -c 1`. Results are lines of JSON in `results/`: see `Study::add_outside`. They are true of one machine and are not committed.
+# PEERS_PYTHON names a Python that has heyoka, scipy, numba and casadi already. PEERS_PREFIX is put before
+# every measurement, for example `nice -n -20 taskset -c 1`. Results are lines of JSON in `results/`: see
+# `Study::add_outside`. They are true of one machine and are not committed.
 set -euo pipefail
 here="$(cd "$(dirname "$0")" && pwd)"
 work="${CARGO_TARGET_DIR:-$here/target}/peers"
@@ -19,7 +22,11 @@ python="${PEERS_PYTHON:-$work/venv/bin/python}"
 
 skip() { echo "$1 passed over: $2" >&2; }
 
-# Whether Python has these packages, installed one by one if it has to be: one that is missing for this platform does not take the others along.
+# Installs a package of Python.
+pip_install() { "$python" -m pip install --quiet --disable-pip-version-check "$1"; }
+
+# Whether Python has these packages. They are installed one by one, so that one that is missing for this
+# platform does not prevent the others.
 have() {
     if [ ! -x "$python" ]; then
         if [ -n "${PEERS_PYTHON:-}" ] || ! python3 -m venv "$work/venv" 2>/dev/null; then
@@ -30,14 +37,16 @@ have() {
     local package
     for package in "$@"; do
         if "$python" -c "import $package" 2>/dev/null; then continue; fi
-        if [ -n "${PEERS_PYTHON:-}" ] || ! "$python" -m pip install --quiet --disable-pip-version-check "$package"; then return 1; fi
+        if [ -n "${PEERS_PYTHON:-}" ] || ! pip_install "$package"; then return 1; fi
     done
 }
 
 # Andrews' mechanism as C, which CasADi writes.
 andrews() {
-    [ -e "$work/generated/andrews.h" ] || { have casadi && "$python" "$here/python/andrews_c.py" "$work/generated"; }
+    if [ -e "$work/generated/andrews.h" ]; then return; fi
+    have casadi && "$python" "$here/python/andrews_c.py" "$work/generated"
 }
+no_casadi="CasADi, which writes its right-hand side, cannot be installed for python3 here"
 
 # A part that fails leaves what it had measured before.
 measure() {
@@ -64,12 +73,13 @@ scipy() {
 
 sundials() {
     command -v gcc >/dev/null || { skip SUNDIALS "there is no gcc"; return; }
-    andrews || { skip SUNDIALS "CasADi, which writes its right-hand side, cannot be installed for python3 here"; return; }
+    andrews || { skip SUNDIALS "$no_casadi"; return; }
     local libraries="cvode ida nvecserial sunmatrixdense sunlinsoldense sunnonlinsolfixedpoint"
     # shellcheck disable=SC2046
     if ! gcc -O3 -march=native -I"$work/generated" "$here/sundials/run.c" -o "$work/sundials" \
         $(printf -- '-lsundials_%s ' $libraries) -lm 2>"$work/sundials.log"; then
-        skip SUNDIALS "its headers or libraries are not installed, or are of another version ($work/sundials.log)"
+        local log="$work/sundials.log"
+        skip SUNDIALS "its headers or libraries are not installed, or are of another version ($log)"
         return
     fi
     measure sundials "$work/sundials"
@@ -86,7 +96,7 @@ casadi() {
 crates() {
     local generated="$work/generated"
     if ! command -v gcc >/dev/null || ! andrews; then
-        skip "Andrews' mechanism by the crates" "there is no gcc, or CasADi, which writes its right-hand side, cannot be installed for python3 here"
+        skip "Andrews' mechanism by the crates" "there is no gcc, or $no_casadi"
         generated=
     fi
     if ! PEERS_GENERATED="$generated" RUSTFLAGS="-C target-cpu=native" cargo build --release --quiet \
@@ -98,11 +108,13 @@ crates() {
 }
 
 ours() {
-    RUSTFLAGS="-C target-cpu=native" cargo build --release --quiet --manifest-path "$here/../../Cargo.toml" --features json --example work_precision --target-dir "$work/ours"
+    RUSTFLAGS="-C target-cpu=native" cargo build --release --quiet --manifest-path "$here/../../Cargo.toml" \
+        --features json --example work_precision --target-dir "$work/ours"
     "${prefix[@]}" "$work/ours/release/examples/work_precision"
 }
 
-# The table of single evaluations: CasADi's and Pinocchio's generated C, Pinocchio and MuJoCo at run time, among the candidates of `benches/evaluation.rs`.
+# The table of single evaluations: CasADi's and Pinocchio's generated C, Pinocchio and MuJoCo at run time,
+# among the candidates of `benches/evaluation.rs`.
 evaluation() {
     command -v gcc >/dev/null || { skip "the table of evaluations" "there is no gcc"; return; }
     have casadi || { skip "the table of evaluations" "CasADi cannot be installed for python3 here"; return; }
@@ -111,7 +123,7 @@ evaluation() {
     mkdir -p "$to"
     site="$("$python" -c 'import casadi, os; print(os.path.dirname(os.path.dirname(casadi.__file__)))')"
     "$python" "$here/python/evaluation_c.py" "$to" >"$to/casadi.txt"
-    pinocchio_c && further+=(double_pendulum chain_5 chain_10 chain_20 chain_50 arm) && further=("${further[@]/%/_aba_at_run_time}")
+    pinocchio_c && further=({double_pendulum,chain_5,chain_10,chain_20,chain_50,arm}_aba_at_run_time)
     mujoco_c && further+=(arm_mujoco_forward arm_mujoco_parts)
     "$python" "$here/python/evaluation_table.py" "$to" "${further[@]}"
     local source
@@ -130,17 +142,19 @@ evaluation() {
 
 # Pinocchio's algorithms: generated as C, and compiled as they are.
 pinocchio_c() {
-    if ! "$python" -c "import pinocchio" 2>/dev/null && ! "$python" -m pip install --quiet --disable-pip-version-check pin; then
+    if ! "$python" -c "import pinocchio" 2>/dev/null && ! pip_install pin; then
         skip Pinocchio "it cannot be installed for python3 here"
         return 1
     fi
     local root="$site/cmeel.prefix" flags
-    flags="-std=c++17 -DNDEBUG -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS -I$root/include -I$site/casadi/include -I$site/casadi/include/eigen3"
+    flags="-std=c++17 -DNDEBUG -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS"
+    flags+=" -I$root/include -I$site/casadi/include -I$site/casadi/include/eigen3"
     # shellcheck disable=SC2086
-    if ! g++ -O1 $flags "$here/pinocchio/generate.cpp" -o "$to/generate" -L"$root/lib" -lpinocchio_default -L"$site/casadi" -lcasadi \
-        -Wl,-rpath,"$root/lib:$site/casadi" 2>"$to/pinocchio.log" ||
+    if ! g++ -O1 $flags "$here/pinocchio/generate.cpp" -o "$to/generate" -L"$root/lib" -lpinocchio_default \
+        -L"$site/casadi" -lcasadi -Wl,-rpath,"$root/lib:$site/casadi" 2>"$to/pinocchio.log" ||
         ! "$to/generate" "$to" double_pendulum chain:5 chain:10 chain:20 arm >"$to/pinocchio.txt" ||
-        ! g++ -O3 -march=native -fPIC $flags -c "$here/pinocchio/run.cpp" -o "$to/run.o" 2>>"$to/pinocchio.log"; then
+        ! g++ -O3 -march=native -fPIC $flags -c "$here/pinocchio/run.cpp" -o "$to/run.o" \
+            2>>"$to/pinocchio.log"; then
         skip Pinocchio "its headers cannot be compiled ($to/pinocchio.log)"
         rm -f "$to/pinocchio.txt" "$to/run.o"
         return 1
@@ -153,7 +167,8 @@ mujoco_c() {
     have mujoco || { skip MuJoCo "it cannot be installed for python3 here"; return 1; }
     local library
     library="$(ls "$site"/mujoco/libmujoco.so.* | head -1)"
-    if ! gcc -O3 -march=native -fPIC -I"$site/mujoco/include" -c "$here/mujoco/arm.c" -o "$to/mujoco.o" 2>"$to/mujoco.log"; then
+    if ! gcc -O3 -march=native -fPIC -I"$site/mujoco/include" -c "$here/mujoco/arm.c" -o "$to/mujoco.o" \
+        2>"$to/mujoco.log"; then
         skip MuJoCo "its headers cannot be compiled ($to/mujoco.log)"
         return 1
     fi

@@ -57,6 +57,14 @@ fn options_without_sense_are_errors_that_say_what_has_sense() {
     ] {
         assert_eq!(kind(simulation), OptionError::FixedStepExcludes { option }.into());
     }
+    let error = kind(run().method(methods::Taylor { order: Some(40) })).to_string();
+    assert_eq!(error, "`order: 40` of Taylor series is not possible; give an order from 4 to 30, or none");
+}
+
+#[test]
+fn tolerances_without_sense_are_errors_that_say_what_has_sense() {
+    let model = Oscillator { omega: 1.0 };
+    let run = || model.simulate(at_rest_or_not([1.0], [0.0])).until(1.0);
     for (simulation, text) in [
         (
             run().tolerances(0.0, 1e-9),
@@ -87,21 +95,6 @@ fn options_without_sense_are_errors_that_say_what_has_sense() {
         assert!(found.starts_with(text), "{found}");
     }
     assert!(run().tolerances(1e3, 0.9).run().is_ok() && run().tolerance(0.9).run().is_ok());
-    for time in [-0.1, 1.1, f64::NAN] {
-        match kind(run().output_times([0.5, time])) {
-            SimulationErrorKind::Option(OptionError::OutputTime { start: 0.0, end: 1.0, .. }) => {}
-            other => panic!("output time {time}: {other:?}"),
-        }
-    }
-    let error = kind(run().method(methods::Taylor { order: Some(40) })).to_string();
-    assert_eq!(error, "`order: 40` of Taylor series is not possible; give an order from 4 to 30, or none");
-    let error = kind(run().output_times([0.2, 1.0, 0.5])).to_string();
-    assert_eq!(error, "output time 1 is followed by 0.5; give them in ascending order");
-    let error = kind(run().until(-1.0).output_times([-0.5, -0.2])).to_string();
-    assert_eq!(
-        error,
-        "output time -0.5 is followed by -0.2; give them in descending order, as the motion runs"
-    );
     let error = run().tolerance(0.0).run().unwrap_err();
     assert!(
         error.to_string().starts_with(
@@ -110,6 +103,25 @@ fn options_without_sense_are_errors_that_say_what_has_sense() {
         "{error}"
     );
     assert!(error.motion(&model).is_none());
+}
+
+#[test]
+fn output_times_have_to_be_within_the_run_and_in_its_order() {
+    let model = Oscillator { omega: 1.0 };
+    let run = || model.simulate(at_rest_or_not([1.0], [0.0])).until(1.0);
+    for time in [-0.1, 1.1, f64::NAN] {
+        match kind(run().output_times([0.5, time])) {
+            SimulationErrorKind::Option(OptionError::OutputTime { start: 0.0, end: 1.0, .. }) => {}
+            other => panic!("output time {time}: {other:?}"),
+        }
+    }
+    let error = kind(run().output_times([0.2, 1.0, 0.5])).to_string();
+    assert_eq!(error, "output time 1 is followed by 0.5; give them in ascending order");
+    let error = kind(run().until(-1.0).output_times([-0.5, -0.2])).to_string();
+    assert_eq!(
+        error,
+        "output time -0.5 is followed by -0.2; give them in descending order, as the motion runs"
+    );
 }
 
 #[test]

@@ -465,7 +465,9 @@ proptest! {
         let e = constraints(&c);
         let (n, v) = (recipe.coordinates, values(recipe.coordinates, e.rows.len(), &x));
         let d = e.derivatives.as_ref().expect("small");
-        let column = |m: &[Vec<_>], j: usize| m.iter().map(|row| at(&c, &[row[j]], &v)[0]).collect::<Vec<_>>();
+        let column = |m: &[Vec<_>], j: usize| -> Vec<f64> {
+            m.iter().map(|row| at(&c, &[row[j]], &v)[0]).collect()
+        };
         for j in 0..n {
             let by_q = |s: f64| { let mut v = v.clone(); v.q[j] += s; v };
             let by_u = |s: f64| { let mut v = v.clone(); v.u[j] += s; v };
@@ -516,7 +518,9 @@ proptest! {
         });
         prop_assume!(guarded);
         let jacobians = c.equations.jacobians.as_ref().expect("small");
-        let column = |m: &[Vec<_>], j: usize| m.iter().map(|row| at(&c, &[row[j]], &v)[0]).collect::<Vec<_>>();
+        let column = |m: &[Vec<_>], j: usize| -> Vec<f64> {
+            m.iter().map(|row| at(&c, &[row[j]], &v)[0]).collect()
+        };
         for j in 0..recipe.coordinates {
             let by_q = |s: f64| { let mut v = v.clone(); v.q[j] += 0.1 * s; v };
             let by_u = |s: f64| { let mut v = v.clone(); v.u[j] += s; v };

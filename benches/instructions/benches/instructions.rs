@@ -60,6 +60,10 @@ fn double_pendulum() -> DoublePendulum {
     DoublePendulum { m1: 1.0, m2: 1.3, l1: 1.0, l2: 0.8, g: 9.81 }
 }
 
+fn two_links() -> Evaluated<DoublePendulum> {
+    evaluated(double_pendulum(), states::<_, 2>())
+}
+
 fn chain_5() -> Evaluated<Chain5> {
     let (m, l) = (std::array::from_fn(by_hand::mass), std::array::from_fn(by_hand::length));
     evaluated(Chain5 { cart: 2.0, m, l, g: 9.81 }, states::<_, 6>())
@@ -71,7 +75,7 @@ fn chain_10() -> Evaluated<Chain10> {
 }
 
 #[library_benchmark]
-#[bench::all(args = (evaluated(double_pendulum(), states::<_, 2>())), config = at_most(counts::DOUBLE_PENDULUM))]
+#[bench::all(args = (two_links()), config = at_most(counts::DOUBLE_PENDULUM))]
 fn evaluate_double_pendulum(all: Evaluated<DoublePendulum>) {
     accelerations(&all);
 }

@@ -1,4 +1,5 @@
-/* The arm of `benches/evaluation` by MuJoCo: `mj_forward`, and its parts that accelerations without contacts need. */
+/* The arm of `benches/evaluation` by MuJoCo: `mj_forward`, and its parts that accelerations without contacts
+ * need. */
 #include <math.h>
 #include <mujoco/mujoco.h>
 #include <stdio.h>
@@ -13,12 +14,14 @@ static void load(void) {
     char text[16384];
     int used = snprintf(text, sizeof text,
         "<mujoco><compiler angle='radian' inertiafromgeom='false' boundmass='0' boundinertia='0'/>"
-        "<option gravity='0 0 -9.81'><flag constraint='disable' contact='disable' limit='disable' equality='disable' frictionloss='disable' "
+        "<option gravity='0 0 -9.81'><flag constraint='disable' contact='disable' limit='disable' "
+        "equality='disable' frictionloss='disable' "
         "actuation='disable' energy='disable' sensor='disable' autoreset='disable'/></option><worldbody>");
     for (int i = 1; i <= N; i++) {
         double half = sqrt(0.5), turn = i == 1 ? 0 : i % 2 ? half : -half;
         used += snprintf(text + used, sizeof text - used,
-            "<body pos='0.02 %.17g %.17g' quat='%.17g %.17g 0 0'><inertial pos='0.01 %g 0.1' mass='%.17g' fullinertia='0.02 0.018 0.01 0.001 0.002 0.0015'/>"
+            "<body pos='0.02 %.17g %.17g' quat='%.17g %.17g 0 0'>"
+            "<inertial pos='0.01 %g 0.1' mass='%.17g' fullinertia='0.02 0.018 0.01 0.001 0.002 0.0015'/>"
             "<joint type='hinge' axis='0 0 1'/>",
             -0.01 * i, 0.2 + 0.01 * i, i == 1 ? 1.0 : half, turn, i % 2 ? -0.02 : 0.02, 3.0 - 0.3 * i);
     }

@@ -1,6 +1,8 @@
-// Writes the accelerations of chains and of the arm as C: Pinocchio's articulated-body algorithm, and its composite rigid bodies with an LDLᵀ, on CasADi's symbols.
+// Writes the accelerations of chains and of the arm as C: Pinocchio's articulated-body algorithm, and its
+// composite rigid bodies with an LDLᵀ, on CasADi's symbols.
 //
-//   generate FOLDER MODEL..., a model being `chain:5` or `arm`; writes MODEL_aba.c and MODEL_crba.c with functions of these names.
+//   generate FOLDER MODEL..., a model being `chain:5` or `arm`; writes MODEL_aba.c and MODEL_crba.c with
+//   functions of these names.
 #include <casadi/casadi.hpp>
 #include <pinocchio/autodiff/casadi.hpp>
 
@@ -12,7 +14,8 @@
 using Symbol = casadi::SX;
 using Symbols = Eigen::Matrix<Symbol, Eigen::Dynamic, 1>;
 
-static void write(const std::string &folder, const std::string &name, const Symbol &q, const Symbol &u, const Symbol &a) {
+static void write(const std::string &folder, const std::string &name, const Symbol &q, const Symbol &u,
+                  const Symbol &a) {
     casadi::Function function(name, {q, u}, {casadi::SX::densify(a)}, casadi::Dict{{"cse", true}});
     casadi::CodeGenerator code(name + ".c", casadi::Dict{{"with_header", false}, {"codegen_scalars", true}});
     code.add(function);

@@ -21,8 +21,10 @@ inline pinocchio::Model built(const std::string &name) {
             Matrix3d turn = Matrix3d::Identity();
             double quarter = i == 1 ? 0 : i % 2 ? 1 : -1;
             if (quarter != 0) turn << 1, 0, 0, 0, 0, -quarter, 0, quarter, 0;
-            last = model.addJoint(last, JointModelRZ(), SE3(turn, Vector3d(0.02, -0.01 * i, 0.2 + 0.01 * i)), "hinge" + std::to_string(i));
-            model.appendBodyToJoint(last, Inertia(3.0 - 0.3 * i, Vector3d(0.01, i % 2 ? -0.02 : 0.02, 0.1), inertia), SE3::Identity());
+            const SE3 hinge(turn, Vector3d(0.02, -0.01 * i, 0.2 + 0.01 * i));
+            last = model.addJoint(last, JointModelRZ(), hinge, "hinge" + std::to_string(i));
+            const Vector3d centre(0.01, i % 2 ? -0.02 : 0.02, 0.1);
+            model.appendBodyToJoint(last, Inertia(3.0 - 0.3 * i, centre, inertia), SE3::Identity());
         }
         return model;
     }

@@ -10,7 +10,8 @@ struct Robot {
     bool absolute;
 
     explicit Robot(const std::string &name)
-        : model(built(name)), data(model), q(model.nv), u(model.nv), none(Eigen::VectorXd::Zero(model.nv)), absolute(name != "arm") {}
+        : model(built(name)), data(model), q(model.nv), u(model.nv),
+          none(Eigen::VectorXd::Zero(model.nv)), absolute(name != "arm") {}
 
     void run(const double *at, const double *rates, double *a, pinocchio::Convention convention) {
         int n = model.nv, first = n == 2 ? 0 : 1;
@@ -26,10 +27,10 @@ struct Robot {
 };
 } // namespace
 
-#define ROBOT(function, name)                                                                                     \
-    extern "C" void peer_##function##_aba_at_run_time(const double *q, const double *u, double *a) {              \
-        static Robot robot(name);                                                                                 \
-        robot.run(q, u, a, pinocchio::Convention::WORLD);                                                         \
+#define ROBOT(function, name)                                                                        \
+    extern "C" void peer_##function##_aba_at_run_time(const double *q, const double *u, double *a) { \
+        static Robot robot(name);                                                                    \
+        robot.run(q, u, a, pinocchio::Convention::WORLD);                                            \
     }
 ROBOT(double_pendulum, "double pendulum")
 ROBOT(chain_5, "chain:5")

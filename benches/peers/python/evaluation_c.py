@@ -1,8 +1,11 @@
-"""Writes the accelerations of `benches/evaluation` as C, derived by CasADi from T, V and the constraints: one file for each model.
+"""Writes the accelerations of `benches/evaluation` as C: one file for each model.
+
+CasADi derives them from T, V and the constraints.
 
     evaluation_c.py FOLDER
 
-Constants are folded into the code; M q̈ = Q is solved by CasADi's LDLᵀ, the constrained systems by elimination of the whole matrix in an order of little fill.
+Constants are folded into the code; M q̈ = Q is solved by CasADi's LDLᵀ, the constrained systems by
+elimination of the whole matrix in an order of little fill.
 """
 
 import os
@@ -68,7 +71,8 @@ def slider_crank(q, u):
     kinetic = 0.5 * (crank**2 / 3) * u[0] ** 2 + 0.5 * 2.0 * u[2] ** 2
     kinetic = kinetic + 0.5 * 1.5 * (x**2 + y**2) + 0.5 * (1.5 * rod**2 / 12) * u[1] ** 2
     rows = [crank * ca.cos(theta) + rod * ca.cos(phi) - q[2], crank * ca.sin(theta) + rod * ca.sin(phi)]
-    potential = 1.0 * G * 0.5 * crank * ca.sin(theta) + 1.5 * G * (crank * ca.sin(theta) + 0.5 * rod * ca.sin(phi))
+    height = crank * ca.sin(theta) + 0.5 * rod * ca.sin(phi)
+    potential = 1.0 * G * 0.5 * crank * ca.sin(theta) + 1.5 * G * height
     return kinetic, potential, rows
 
 

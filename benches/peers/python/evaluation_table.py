@@ -1,8 +1,10 @@
-"""Wraps what was generated into functions of (q, u, q̈), and lists them and what else there is for `benches/peers/evaluation`.
+"""Wraps what was generated into functions of (q, u, q̈), and lists them and others for
+`benches/peers/evaluation`.
 
     evaluation_table.py FOLDER [FURTHER...]
 
-FOLDER holds `*.txt` with a line `name operations work` for each `name.c`; FURTHER are functions that are there otherwise: `arm_mujoco_forward`.
+FOLDER holds `*.txt` with a line `name operations work` for each `name.c`; FURTHER are functions that are
+there otherwise: `arm_mujoco_forward`.
 """
 
 import glob
@@ -18,7 +20,12 @@ KINDS = [
     ("_mujoco_forward", "MuJoCo, mj_forward"),
     ("_mujoco_parts", "MuJoCo, its parts"),
 ]
-MODELS = {"double_pendulum": "double pendulum", "slider_crank": "slider-crank", "andrews": "Andrews", "arm": "arm"}
+MODELS = {
+    "double_pendulum": "double pendulum",
+    "slider_crank": "slider-crank",
+    "andrews": "Andrews",
+    "arm": "arm",
+}
 
 
 def described(name):
@@ -29,15 +36,17 @@ def described(name):
 
 
 def wrapped(name, work):
-    """C that calls a generated function. Pinocchio's chains have relative angles, those of the table absolute ones."""
+    """C that calls a generated function. Pinocchio's chains have relative angles, the table absolute ones."""
     model, kind = described(name)
-    n = {"double pendulum": 2, "slider-crank": 3, "Andrews": 7, "arm": 7}.get(model) or int(model.split()[1]) + 1
+    sizes = {"double pendulum": 2, "slider-crank": 3, "Andrews": 7, "arm": 7}
+    n = sizes.get(model) or int(model.split()[1]) + 1
     relative = kind.startswith("Pinocchio") and model != "arm"
     first = 0 if n == 2 else 1
     lines = [f'#include "{name}.c"', f"void peer_{name}(const double *q, const double *u, double *a) {{"]
     if relative:
         lines += [f"    double at[{n}], rates[{n}];", f"    for (int i = 0; i < {n}; i++) {{"]
-        lines += [f"        at[i] = q[i] - (i > {first} ? q[i - 1] : 0.0), rates[i] = u[i] - (i > {first} ? u[i - 1] : 0.0);", "    }"]
+        own = f"at[i] = q[i] - (i > {first} ? q[i - 1] : 0.0)"
+        lines += [f"        {own}, rates[i] = u[i] - (i > {first} ? u[i - 1] : 0.0);", "    }"]
     arguments = "at, rates" if relative else "q, u"
     lines += [f"    const double *in[8] = {{{arguments}}};", f"    double *out[8] = {{a}}, work[{work + 1}];"]
     lines += [f"    {name}(in, out, 0, work, 0);"]

@@ -8,7 +8,7 @@ TOLERANCES = [10.0**-k for k in range(3, 14)]
 
 
 def measure(problem, solver, tolerance, run, seconds=0.3, clock=time.perf_counter):
-    """Prints one line: `run` returns (evaluations or None, q and u at the end) or raises. `clock`: what times it."""
+    """Prints one line: `run` returns (evaluations or None, q and u at the end) or raises. `clock` times."""
     line = {"problem": problem, "solver": solver, "tolerance": tolerance}
     times, begun = [], time.perf_counter()
     try:

@@ -1,6 +1,7 @@
-"""The problems of `examples/work_precision.rs` for solvers that do not derive them: right-hand sides, starts, ends.
+"""The problems of `examples/work_precision.rs` for solvers that do not derive them.
 
-Names, coordinates and their order are those of the models in `tests/models`, so that the ends can be compared number by number.
+Right-hand sides, starts, ends. Names, coordinates and their order are those of the models in `tests/models`,
+so that the ends can be compared number by number.
 """
 
 import math
@@ -77,7 +78,8 @@ def andrews(q, u, lib):
     constraints = [
         x - SS * sin(gamma) - XB, y + SS * cos(gamma) - YB,
         x - E * sin(phi + delta) - ZT * cos(delta) - XA, y + E * cos(phi + delta) - ZT * sin(delta) - YA,
-        x - ZF * cos(omega + epsilon) - U * sin(epsilon) - XA, y - ZF * sin(omega + epsilon) + U * cos(epsilon) - YA,
+        x - ZF * cos(omega + epsilon) - U * sin(epsilon) - XA,
+        y - ZF * sin(omega + epsilon) + U * cos(epsilon) - YA,
     ]
     return kinetic, potential, constraints
 

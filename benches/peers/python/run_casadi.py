@@ -1,6 +1,7 @@
-"""IDAS of SUNDIALS 2.7, as the wheel of CasADi brings it along, on Andrews' mechanism with its constraints: where SUNDIALS itself cannot be installed.
+"""IDAS of SUNDIALS 2.7, which is part of CasADi's wheel, on Andrews' mechanism with its constraints.
 
-Stabilised index-2 form (Gear, Gupta, Leimkuhler), semi-explicit as CasADi wants it, with accelerations a among the algebraic variables:
+It stands for SUNDIALS where that cannot be installed. Stabilised index-2 form (Gear, Gupta, Leimkuhler),
+semi-explicit as CasADi requires it, with accelerations a among the algebraic variables:
 
     q' = u - G^T mu        u' = a        M a = f - G^T lambda        phi = 0        G u = 0
 
@@ -39,7 +40,8 @@ algebraic = np.concatenate([rates, np.zeros(6)])
 _, _, end = PROBLEMS["Andrews"]
 
 for tolerance in TOLERANCES:
-    # As in `../sundials/run.c`: tolerances by component, as its first step fails with equal ones, and algebraic variables out of the error test.
+    # As in `../sundials/run.c`: tolerances by component, as its first step fails with equal ones, and
+    # algebraic variables out of the error test.
     options = {
         "abstolv": [tolerance] * 7 + [1e2 * tolerance] * 7 + [1e8 * tolerance] * 19,
         "reltol": tolerance,

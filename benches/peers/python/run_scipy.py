@@ -51,7 +51,8 @@ for name, right, methods in [
                 continue
 
             def run():
-                result = solve_ivp(right, (0.0, end), start, method=method, rtol=max(tolerance, 2.3e-14), atol=tolerance)
+                relative = max(tolerance, 2.3e-14)
+                result = solve_ivp(right, (0.0, end), start, method=method, rtol=relative, atol=tolerance)
                 if not result.success:
                     raise ArithmeticError(result.message)
                 return int(result.nfev), result.y[:, -1]

@@ -135,11 +135,15 @@ impl<M: Constraints> SoftDirections<'_, M> {
         let changes = |nearby: &M::State| -> bool {
             let Ok(there) = self.statics.force_nearby(self.model, nearby) else { return false };
             let change = (&there - &here).abs();
-            change.iter().zip(self.noise.iter()).any(|(change, noise)| *change > SIGNIFICANT_FORCE_FACTOR * noise)
+            let exceeds = |factor: f64, noise: &DVector<f64>| {
+                change.iter().zip(noise.iter()).any(|(change, noise)| *change > factor * noise)
+            };
+            exceeds(SIGNIFICANT_FORCE_FACTOR, self.noise)
                 // Large coordinates are rounded more coarsely.
-                && self.statics.noise_of_sums(self.model, nearby).is_ok_and(|noise| {
-                    change.iter().zip(noise.iter()).any(|(change, noise)| *change > FORCE_NOISE_FACTOR * noise)
-                })
+                && self
+                    .statics
+                    .noise_of_sums(self.model, nearby)
+                    .is_ok_and(|noise| exceeds(FORCE_NOISE_FACTOR, &noise))
         };
         if NEARBY_PROBES[..4].iter().any(|s| changes(&moved(*s))) {
             return Ok(false);

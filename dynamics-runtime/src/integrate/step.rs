@@ -1,4 +1,13 @@
 //! A step, its options and its errors.
+//!
+//! From the option `.tolerance(1e-9)` to the error norm of a step:
+//!
+//! 1. `Simulation::tolerance` (`simulate/simulation.rs`) keeps it for absolute and relative errors alike.
+//!    `Simulation::check_steps` (`simulation/check.rs`) checks it and makes [`StepOptions`].
+//! 2. `RunSetup::make_pilot_run` (`simulation/execution.rs`) lowers the absolute one for small motions.
+//! 3. The stepper gives [`Tolerances`] to `Scheme::attempt`. The method estimates its error and calls
+//!    `Tolerances::norm` or `square_sum` below. A norm of 1 is just permitted.
+//! 4. `Stepper::judge` (`stepper.rs`) accepts or rejects the step by this norm.
 
 use crate::integrate::phase::{Phase, StepNode};
 use crate::math;

@@ -1,4 +1,13 @@
 //! The constraints of a model: rows, their evaluations, and the code that solves for accelerations with them.
+//!
+//! From a `#[holonomic]` function to a projected row:
+//!
+//! 1. `Elaborator::constraint` (`dynamics-macros/src/elaborate/constraints.rs`) makes its value a row.
+//! 2. `ConstraintTerms::of` (`dynamics-symbolic/src/mechanics/constraints.rs`) derives Φ̇, Φ_q and γ.
+//! 3. `Emission::constraints` (`dynamics-macros/src/emit/traits/constraints.rs`) emits them as methods of
+//!    [`Constraints`]: `residual`, `velocity_residual`, `jacobian`, `gamma`.
+//! 4. `RightHandSide::project_end` (`simulate/right_hand_side.rs`) projects the end of a step, by
+//!    `project_positions` and `project_velocities` (`constrain/project.rs`), which call these methods.
 
 use core::any::TypeId;
 use core::fmt::Debug;

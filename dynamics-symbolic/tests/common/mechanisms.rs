@@ -57,6 +57,24 @@ impl Mechanism {
     fn opposite(&mut self, a: V2) -> V2 {
         a.map(|x| self.builder.neg(x))
     }
+    /// length · (sin γ, −cos γ): the direction of γ turned back by a right angle.
+    fn back(&mut self, length: NodeId, angle: NodeId) -> V2 {
+        let v = self.polar(length, angle);
+        let v = self.turned(v);
+        self.opposite(v)
+    }
+    /// ½ c (|a − b| − l)².
+    fn spring(&mut self, a: V2, b: V2, c: NodeId, l: NodeId) {
+        let stretch = self.minus(a, b);
+        let square = self.builder.norm_squared(&stretch);
+        let length = self.builder.g().unary(Unary::Sqrt, square);
+        let longer = self.builder.sub(length, l);
+        let square = self.builder.mul(longer, longer);
+        let half = self.builder.ratio(1, 2);
+        let stiffness = self.builder.mul(half, c);
+        let spring = self.builder.mul(stiffness, square);
+        self.builder.energy("spring", EnergyRole::Potential, spring);
+    }
     fn close(&mut self, a: V2, b: V2) {
         let gap = self.minus(a, b);
         self.residual.extend(gap);
@@ -70,91 +88,84 @@ impl Mechanism {
     }
 }
 
+/// Coordinates of Andrews' squeezing mechanism, with a position that closes its loops.
+const ANDREWS_COORDINATES: [(&str, f64); 7] = [
+    ("beta", -0.061_713_890_014_276_45),
+    ("theta", 0.0),
+    ("gamma", 0.455_279_819_163_070_4),
+    ("phi", 0.222_668_390_165_885_9),
+    ("delta", 0.487_364_979_543_842_55),
+    ("omega", -0.222_668_390_165_885_9),
+    ("epsilon", 1.230_547_444_549_821_2),
+];
+const ANDREWS_MASSES: [f64; 7] = [0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498];
+const ANDREWS_INERTIAS: [f64; 7] = [2.194e-6, 4.410e-7, 5.255e-6, 5.667e-7, 1.169e-5, 5.667e-7, 1.912e-5];
+/// Lengths, and behind them the stiffness and the length of the spring and the torque of the drive.
+const ANDREWS_LENGTHS: [(&str, f64); 22] = [
+    ("d", 28e-3),
+    ("da", 115e-4),
+    ("e", 2e-2),
+    ("ea", 1421e-5),
+    ("rr", 7e-3),
+    ("ra", 92e-5),
+    ("ss", 35e-3),
+    ("sa", 1874e-5),
+    ("sb", 1043e-5),
+    ("sc", 18e-3),
+    ("sd", 2e-2),
+    ("ta", 2308e-5),
+    ("tb", 916e-5),
+    ("u", 4e-2),
+    ("ua", 1228e-5),
+    ("ub", 449e-5),
+    ("zf", 2e-2),
+    ("zt", 4e-2),
+    ("fa", 1421e-5),
+    ("c0", 4530.0),
+    ("l0", 7785e-5),
+    ("mom", 33e-3),
+];
+
+/// Parameters with one name and numbers.
+fn numbered<const N: usize>(s: &mut Mechanism, name: &str, values: [f64; N]) -> Vec<NodeId> {
+    values.iter().enumerate().map(|(i, v)| s.parameter(&format!("{name}[{i}]"), *v)).collect()
+}
+
 /// Andrews' squeezing mechanism as in the test set (Mazzia, Magherini & Iavernaro): β, Θ, γ, Φ, δ, Ω, ε.
 pub fn andrews() -> Mechanism {
     let mut s = Mechanism::new("Andrews");
-    let place = [
-        -0.061_713_890_014_276_45,
-        0.0,
-        0.455_279_819_163_070_4,
-        0.222_668_390_165_885_9,
-        0.487_364_979_543_842_55,
-        -0.222_668_390_165_885_9,
-        1.230_547_444_549_821_2,
-    ];
-    let names = ["beta", "theta", "gamma", "phi", "delta", "omega", "epsilon"];
-    let q: Vec<NodeId> = names.iter().zip(place).map(|(name, value)| s.coordinate(name, value)).collect();
-    let [beta, theta, gamma, phi, delta, omega, epsilon] = q[..] else { unreachable!("seven coordinates") };
-    let m: Vec<NodeId> = [0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498]
-        .iter()
-        .enumerate()
-        .map(|(i, v)| s.parameter(&format!("m[{i}]"), *v))
-        .collect();
-    let inertia: Vec<NodeId> = [2.194e-6, 4.410e-7, 5.255e-6, 5.667e-7, 1.169e-5, 5.667e-7, 1.912e-5]
-        .iter()
-        .enumerate()
-        .map(|(i, v)| s.parameter(&format!("i[{i}]"), *v))
-        .collect();
+    let q = ANDREWS_COORDINATES.map(|(name, value)| s.coordinate(name, value));
+    let [beta, theta, gamma, phi, delta, omega, epsilon] = q;
+    let m = numbered(&mut s, "m", ANDREWS_MASSES);
+    let inertia = numbered(&mut s, "i", ANDREWS_INERTIAS);
     let a = [s.parameter("xa", -0.06934), s.parameter("ya", -0.00227)];
     let b = [s.parameter("xb", -0.03635), s.parameter("yb", 0.03273)];
     let c = [s.parameter("xc", 0.014), s.parameter("yc", 0.072)];
-    let lengths = [
-        ("d", 28e-3),
-        ("da", 115e-4),
-        ("e", 2e-2),
-        ("ea", 1421e-5),
-        ("rr", 7e-3),
-        ("ra", 92e-5),
-        ("ss", 35e-3),
-        ("sa", 1874e-5),
-        ("sb", 1043e-5),
-        ("sc", 18e-3),
-        ("sd", 2e-2),
-        ("ta", 2308e-5),
-        ("tb", 916e-5),
-        ("u", 4e-2),
-        ("ua", 1228e-5),
-        ("ub", 449e-5),
-        ("zf", 2e-2),
-        ("zt", 4e-2),
-        ("fa", 1421e-5),
-        ("c0", 4530.0),
-        ("l0", 7785e-5),
-        ("mom", 33e-3),
-    ];
-    let p: Vec<NodeId> = lengths.iter().map(|(name, value)| s.parameter(name, *value)).collect();
-    let [d, da, e, ea, rr, ra, ss, sa, sb, sc, sd, ta, tb, u, ua, ub, zf, zt, fa, c0, l0, mom] = p[..] else {
-        unreachable!("twenty-two lengths")
-    };
+    let p = ANDREWS_LENGTHS.map(|(name, value)| s.parameter(name, value));
+    let [d, da, e, ea, rr, ra, ss, sa, sb, sc, sd, ta, tb, u, ua, ub, zf, zt, fa, c0, l0, mom] = p;
     let turn = s.builder.add(beta, theta);
     let swing = s.builder.add(phi, delta);
     let other = s.builder.add(omega, epsilon);
     let f = s.polar(rr, beta);
     let (along_d, along_da) = (s.polar(d, turn), s.polar(da, turn));
     let e2 = s.minus(f, along_d);
-    // (sin γ, −cos γ) is the direction of γ turned back by a right angle.
-    let back = |s: &mut Mechanism, length: NodeId, angle: NodeId| {
-        let v = s.polar(length, angle);
-        let v = s.turned(v);
-        s.opposite(v)
-    };
-    let along_ss = back(&mut s, ss, gamma);
+    let along_ss = s.back(ss, gamma);
     let e3 = s.plus(b, along_ss);
     let g = s.polar(zt, delta);
     let g = s.plus(a, g);
-    let along_e = back(&mut s, e, swing);
+    let along_e = s.back(e, swing);
     let e4 = s.plus(g, along_e);
-    let h = back(&mut s, u, epsilon);
+    let h = s.back(u, epsilon);
     let h = s.plus(a, h);
     let along_zf = s.polar(zf, other);
     let e6 = s.plus(h, along_zf);
     [e3, e4, e6].into_iter().for_each(|end| s.close(e2, end));
     let c1 = s.polar(ra, beta);
     let c2 = s.minus(f, along_da);
-    let (x, y) = (back(&mut s, sa, gamma), s.polar(sb, gamma));
+    let (x, y) = (s.back(sa, gamma), s.polar(sb, gamma));
     let c3 = s.plus(x, y);
     let rest = s.builder.sub(e, ea);
-    let along = back(&mut s, rest, swing);
+    let along = s.back(rest, swing);
     let c4 = s.plus(g, along);
     let (x, y) = (s.polar(ta, delta), s.polar(tb, delta));
     let y = s.turned(y);
@@ -162,7 +173,7 @@ pub fn andrews() -> Mechanism {
     let rest = s.builder.sub(zf, fa);
     let along = s.polar(rest, other);
     let c6 = s.plus(h, along);
-    let (x, y) = (back(&mut s, ua, epsilon), s.polar(ub, epsilon));
+    let (x, y) = (s.back(ua, epsilon), s.polar(ub, epsilon));
     let c7 = s.minus(x, y);
     let mut kinetic = s.builder.g().zero();
     let bodies = [(c1, beta), (c2, turn), (c3, gamma), (c4, swing), (c5, delta), (c6, other), (c7, epsilon)];
@@ -170,18 +181,10 @@ pub fn andrews() -> Mechanism {
         kinetic = s.body(kinetic, m[k], centre, inertia[k], angle);
     }
     s.builder.energy("kinetic", EnergyRole::Kinetic, kinetic);
-    let (x, y) = (s.polar(sd, gamma), back(&mut s, sc, gamma));
+    let (x, y) = (s.polar(sd, gamma), s.back(sc, gamma));
     let point = s.plus(x, y);
     let point = s.plus(b, point);
-    let stretch = s.minus(point, c);
-    let square = s.builder.norm_squared(&stretch);
-    let length = s.builder.g().unary(Unary::Sqrt, square);
-    let longer = s.builder.sub(length, l0);
-    let square = s.builder.mul(longer, longer);
-    let half = s.builder.ratio(1, 2);
-    let stiffness = s.builder.mul(half, c0);
-    let spring = s.builder.mul(stiffness, square);
-    s.builder.energy("spring", EnergyRole::Potential, spring);
+    s.spring(point, c, c0, l0);
     let drive = ForceTerm::Along { expression: beta, magnitude: mom };
     s.builder.model.forces.push(Force { name: "drive".into(), terms: vec![drive], origin: Origin(400) });
     s

@@ -36,11 +36,14 @@
       for (const figure of scene.figures) {
         if (figure.k === "trace") {
           if (!traces.has(figure.name)) {
-            traces.set(figure.name, Array.from({ length: axes }, () => new Float64Array(order.length).fill(NaN)));
+            const gaps = () => new Float64Array(order.length).fill(NaN);
+            traces.set(figure.name, Array.from({ length: axes }, gaps));
           }
           const track = traces.get(figure.name);
           order.forEach((scene_id, frame) => {
-            if (scene_id === id) track.forEach((column, axis) => { column[frame] = at(scene.numbers[number + axis], local[frame]); });
+            if (scene_id === id) track.forEach((column, axis) => {
+              column[frame] = at(scene.numbers[number + axis], local[frame]);
+            });
           });
         }
         number += numbersOf(figure);
@@ -78,11 +81,14 @@
   let palette = {};
   function readPalette() {
     const style = getComputedStyle(document.documentElement);
-    for (const name of ["ground", "panel", "ink", "quiet", "faint", "rule", "blue", "red", "green", "amber", "purple", "teal", "brown", "pink"]) {
+    const surfaces = ["ground", "panel", "ink", "quiet", "faint", "rule"];
+    const hues = ["blue", "red", "green", "amber", "purple", "teal", "brown", "pink"];
+    for (const name of [...surfaces, ...hues]) {
       palette[name] = style.getPropertyValue("--" + name).trim();
     }
   }
-  const color = (role, film) => palette[role === "accent" ? film.color : role] || (role[0] === "#" ? role : palette.ink);
+  const color = (role, film) => palette[role === "accent" ? film.color : role]
+    || (role[0] === "#" ? role : palette.ink);
 
   // ---- canvases, in CSS pixels whatever the screen's resolution
 
@@ -151,7 +157,8 @@
   function drawFloor(pen) {
     const length = space.size * data.quantum, spacing = roundStep(length / 5);
     if (!(spacing > 0) || !Number.isFinite(spacing)) return;
-    const offset = [0, 1].map((axis) => (Math.ceil(data.origin[axis] / spacing) * spacing - data.origin[axis]) / data.quantum);
+    const offset = data.origin.slice(0, 2).map((origin) =>
+      (Math.ceil(origin / spacing) * spacing - origin) / data.quantum);
     pen.strokeStyle = palette.rule;
     pen.lineWidth = 1;
     for (const line of space.floor(spacing / data.quantum, offset)) { outline(pen, line); pen.stroke(); }
@@ -190,7 +197,8 @@
       let words = figure.k === "text" ? now.scene.words[word++] : "";
       if (Array.isArray(words)) words = words[now.instant];
       if (v.some(Number.isNaN)) continue;
-      for (const piece of space ? space.pieces(figure, v) : [{ figure, v }]) pieces.push({ ...piece, film, words });
+      const parts = space ? space.pieces(figure, v) : [{ figure, v }];
+      for (const piece of parts) pieces.push({ ...piece, film, words });
     }
     return pieces;
   }
@@ -246,8 +254,10 @@
     disc(pen, v, figure, film) {
       const [x, y, r] = [px(v[0]), py(v[1]), Math.max(1.5, Math.abs(v[2]) * view.scale)];
       if (space) {
-        const shade = pen.createRadialGradient(x - 0.35 * r, y - 0.4 * r, 0.1 * r, x, y, r), hex = color(figure.c, film);
-        [[0, 1.35], [0.5, 1], [1, 0.6]].forEach(([stop, bright]) => shade.addColorStop(stop, lit(hex, bright)));
+        const shade = pen.createRadialGradient(x - 0.35 * r, y - 0.4 * r, 0.1 * r, x, y, r);
+        const hex = color(figure.c, film);
+        [[0, 1.35], [0.5, 1], [1, 0.6]].forEach(([stop, bright]) =>
+          shade.addColorStop(stop, lit(hex, bright)));
         pen.fillStyle = shade;
       }
       pen.beginPath();
@@ -291,7 +301,8 @@
       const [ax, ay, bx, by] = [px(v[0]), py(v[1]), px(v[2]), py(v[3])];
       const length = Math.hypot(bx - ax, by - ay);
       if (length < 0.5) return;
-      const head = Math.min(11 * view.marks, 0.6 * length), [ex, ey] = [(bx - ax) / length, (by - ay) / length];
+      const head = Math.min(11 * view.marks, 0.6 * length);
+      const [ex, ey] = [(bx - ax) / length, (by - ay) / length];
       pen.beginPath();
       pen.moveTo(ax, ay);
       pen.lineTo(bx - 0.8 * head * ex, by - 0.8 * head * ey);
@@ -365,8 +376,8 @@
     pen.setLineDash([]);
   }
 
-  // Traces are drawn in pieces that fade: one of limited length to nothing, a whole one to a quiet ground after some seconds of
-  // playing, so that long motions do not bury the picture.
+  // Traces are drawn in pieces that fade: one of limited length to nothing, a whole one to a quiet ground
+  // after some seconds of playing, so that long motions do not bury the picture.
   function drawTrace(pen, track, head, seconds) {
     const end = Math.floor(frame), whole = seconds == null, perSecond = step ? data.speed / step : 1;
     const reach = whole || !step ? end : Math.max(0, Math.ceil(seconds / step));
@@ -388,7 +399,8 @@
       }
       pen.stroke();
     };
-    const opacity = (age) => whole ? 0.16 + 0.44 * Math.exp(-age / perSecond / 6) : 0.05 + 0.75 * Math.max(0, 1 - age / (reach + 1));
+    const opacity = (age) => whole ? 0.16 + 0.44 * Math.exp(-age / perSecond / 6)
+      : 0.05 + 0.75 * Math.max(0, 1 - age / (reach + 1));
     let from = begin;
     if (whole) {
       const settled = length * Math.floor((end - 18 * perSecond) / length);
@@ -423,7 +435,8 @@
     const y = (v) => height - edge.bottom - (height - edge.top - edge.bottom) * (v - lo) / (hi - lo);
     pen.strokeStyle = palette.rule;
     pen.lineWidth = 1;
-    pen.strokeRect(edge.left + 0.5, edge.top - 3.5, width - edge.left - edge.right - 1, height - edge.top - edge.bottom + 7);
+    pen.strokeRect(edge.left + 0.5, edge.top - 3.5, width - edge.left - edge.right - 1,
+      height - edge.top - edge.bottom + 7);
     if (lo < 0 && hi > 0) {
       pen.beginPath(); pen.moveTo(edge.left, y(0)); pen.lineTo(width - edge.right, y(0)); pen.stroke();
     }
@@ -463,16 +476,21 @@
     pen.setLineDash([]);
     pen.strokeStyle = palette.ink;
     pen.lineWidth = 1;
-    pen.beginPath(); pen.moveTo(x(frame), edge.top - 4); pen.lineTo(x(frame), height - edge.bottom + 4); pen.stroke();
+    pen.beginPath();
+    pen.moveTo(x(frame), edge.top - 4);
+    pen.lineTo(x(frame), height - edge.bottom + 4);
+    pen.stroke();
     strip.forEach((curve) => {
       const v = interpolated(curve.values);
       pen.fillStyle = palette[curve.color];
       if (!Number.isNaN(v)) { pen.beginPath(); pen.arc(x(frame), y(v), 3, 0, 2 * Math.PI); pen.fill(); }
-      curve.shown.textContent = Number.isNaN(v) ? "–" : number(known(v, curve), 4) + (curve.unit ? " " + curve.unit : "");
+      curve.shown.textContent = Number.isNaN(v) ? "–"
+        : number(known(v, curve), 4) + (curve.unit ? " " + curve.unit : "");
     });
   }
 
-  // Without the digits that the page does not know: values are multiples of a unit, which is 1 where they stand still.
+  // Without the digits that the page does not know: values are multiples of a unit, which is 1 where they
+  // stand still.
   function known(v, curve) {
     const decimals = -Math.ceil(Math.log10(curve.unit_of_values));
     return decimals > 0 && decimals <= 100 ? Number(v.toFixed(decimals)) : v;
@@ -485,11 +503,14 @@
 
   // ---- numbers and times as people write them
 
-  const powerOfTen = (exponent) => "10" + String(exponent).replace("-", "⁻").replace(/\d/g, (digit) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[digit]);
+  const powerOfTen = (exponent) =>
+    "10" + String(exponent).replace("-", "⁻").replace(/\d/g, (digit) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[digit]);
 
   function number(v, digits = 3) {
     const size = Math.abs(v);
-    if (v === 0 || (size >= 1e-3 && size < 1e5)) return String(Number(v.toPrecision(digits))).replace("-", "−");
+    if (v === 0 || (size >= 1e-3 && size < 1e5)) {
+      return String(Number(v.toPrecision(digits))).replace("-", "−");
+    }
     const [mantissa, exponent] = v.toExponential(digits - 1).split("e").map(Number);
     const factor = mantissa === 1 ? "" : mantissa === -1 ? "−" : String(mantissa).replace("-", "−") + "×";
     return factor + powerOfTen(exponent);
@@ -545,7 +566,8 @@
 
   const factors = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20];
   for (const factor of factors) {
-    const option = new Option(number(Number((factor * data.speed).toPrecision(6)), 3) + " ×", String(factor), factor === 1, factor === 1);
+    const speed = number(Number((factor * data.speed).toPrecision(6)), 3) + " ×";
+    const option = new Option(speed, String(factor), factor === 1, factor === 1);
     $("speed").append(option);
   }
   function faster(by) {
@@ -557,7 +579,8 @@
   $("play").addEventListener("click", () => setPlaying(!playing));
   picture.addEventListener("click", () => { if (!dragged) setPlaying(!playing); });
 
-  // One finger or the mouse turns what is of space, two fingers or the wheel make it larger, a double click puts it back.
+  // One finger or the mouse turns what is of space, two fingers or the wheel make it larger, a double click
+  // puts it back.
   const held = new Map();
   let dragged = false;
   if (space) {
@@ -581,7 +604,9 @@
       else if (held.size === 2 && before > 0) space.magnify(apart() / before);
       drawPicture();
     });
-    for (const end of ["pointerup", "pointercancel"]) picture.addEventListener(end, (event) => held.delete(event.pointerId));
+    for (const end of ["pointerup", "pointercancel"]) {
+      picture.addEventListener(end, (event) => held.delete(event.pointerId));
+    }
     picture.addEventListener("wheel", (event) => {
       event.preventDefault();
       space.magnify(Math.exp(-0.0015 * event.deltaY * (event.deltaMode ? 30 : 1)));
@@ -591,30 +616,41 @@
   }
   $("loop").addEventListener("click", () => setLooping(!looping));
   $("speed").addEventListener("change", () => faster(0));
-  $("scrub").addEventListener("input", (event) => { setPlaying(false); seek(event.target.valueAsNumber * last); });
+  $("scrub").addEventListener("input", (event) => {
+    setPlaying(false);
+    seek(event.target.valueAsNumber * last);
+  });
 
   const scrubPlot = (event) => {
     const box = plot.getBoundingClientRect();
     setPlaying(false);
     seek(last * (event.clientX - box.left - edge.left) / (box.width - edge.left - edge.right));
   };
-  plot.addEventListener("pointerdown", (event) => { plot.setPointerCapture(event.pointerId); scrubPlot(event); });
+  plot.addEventListener("pointerdown", (event) => {
+    plot.setPointerCapture(event.pointerId);
+    scrubPlot(event);
+  });
   plot.addEventListener("pointermove", (event) => { if (event.buttons) scrubPlot(event); });
 
   document.addEventListener("keydown", (event) => {
     const within = (selector) => event.target.closest?.(selector);
     // What a focused control does with its keys is its own affair.
-    if (event.ctrlKey || event.metaKey || event.altKey || within("select, summary") || (event.key === " " && within("button"))) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || within("select, summary")
+      || (event.key === " " && within("button"))) return;
     const far = event.shiftKey ? last / 10 : last / 100;
     const jump = (k) => { setPlaying(false); seek(k); };
     const actions = {
-      " ": () => setPlaying(!playing), k: () => setPlaying(!playing), l: () => setLooping(!looping), L: () => setLooping(!looping),
-      ArrowLeft: () => jump(frame - far), ArrowRight: () => jump(frame + far), ",": () => jump(Math.ceil(frame) - 1), ".": () => jump(Math.floor(frame) + 1),
-      Home: () => jump(0), End: () => jump(last), "+": () => faster(1), "=": () => faster(1), "-": () => faster(-1),
+      " ": () => setPlaying(!playing), k: () => setPlaying(!playing),
+      l: () => setLooping(!looping), L: () => setLooping(!looping),
+      ArrowLeft: () => jump(frame - far), ArrowRight: () => jump(frame + far),
+      ",": () => jump(Math.ceil(frame) - 1), ".": () => jump(Math.floor(frame) + 1),
+      Home: () => jump(0), End: () => jump(last),
+      "+": () => faster(1), "=": () => faster(1), "-": () => faster(-1),
     };
     const look = (action) => () => { action(); drawPicture(); };
     if (space) Object.assign(actions, {
-      a: look(() => space.turn(-0.1, 0)), d: look(() => space.turn(0.1, 0)), w: look(() => space.turn(0, -0.1)), s: look(() => space.turn(0, 0.1)),
+      a: look(() => space.turn(-0.1, 0)), d: look(() => space.turn(0.1, 0)),
+      w: look(() => space.turn(0, -0.1)), s: look(() => space.turn(0, 0.1)),
       z: look(() => space.magnify(1.1)), x: look(() => space.magnify(1 / 1.1)), 0: look(() => space.reset()),
     });
     const action = actions[event.key];
@@ -624,7 +660,7 @@
   // ---- names, and the start
 
   function key(name, tint) {
-    const item = document.createElement("span"), line = document.createElement("i"), value = document.createElement("b");
+    const [item, line, value] = ["span", "i", "b"].map((tag) => document.createElement(tag));
     item.className = "key";
     line.style.borderColor = "var(--" + tint + ")";
     item.append(line, name, value);

@@ -1,7 +1,8 @@
 // The eye of pages that show something of space: where points are seen, and what hides what.
 //
-// Points are counted from the middle of everything that is shown, x and y level, z up. The eye looks at that middle from an azimuth about z, an elevation
-// above the level and a distance of some sizes of the whole, so that near things are a little larger. Faces, lines and balls are painted from the farthest to the nearest.
+// Points are counted from the middle of everything that is shown, x and y level, z up. The eye looks at that
+// middle from an azimuth about z, an elevation above the level and a distance of some sizes of the whole, so
+// that near things are a little larger. Faces, lines and balls are painted from the farthest to the nearest.
 "use strict";
 const makeSpace = (data) => {
   const size = Math.hypot(...data.half) || 1, distance = 4 * size;
@@ -26,7 +27,8 @@ const makeSpace = (data) => {
   const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
   const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
   const unit = (a) => { const length = Math.hypot(...a) || 1; return a.map((x) => x / length); };
-  const mean = (points) => [0, 1, 2].map((axis) => points.reduce((sum, p) => sum + p[axis], 0) / points.length);
+  const mean = (points) =>
+    [0, 1, 2].map((axis) => points.reduce((sum, p) => sum + p[axis], 0) / points.length);
 
   // To the right, up, toward the viewer: where a point lies as the eye sees it, without perspective.
   const turned = (p) => [dot(p, right), dot(p, up), dot(p, toward)];
@@ -37,7 +39,8 @@ const makeSpace = (data) => {
     return [f * x, f * y, depth, f];
   };
 
-  const points = (v, count, first = 0) => Array.from({ length: count }, (_, k) => v.slice(first + 3 * k, first + 3 * k + 3));
+  const points = (v, count, first = 0) =>
+    Array.from({ length: count }, (_, k) => v.slice(first + 3 * k, first + 3 * k + 3));
   const flat = (list) => list.flatMap((p) => project(p).slice(0, 2));
   const nearness = (list) => list.reduce((sum, p) => sum + dot(p, toward), 0) / list.length;
 
@@ -69,12 +72,18 @@ const makeSpace = (data) => {
     cuboid(v) {
       const [center, ...faces] = points(v, 4);
       const half = faces.map((face) => minus(face, center));
-      const corner = (signs) => center.map((x, i) => x + half.reduce((sum, h, k) => sum + signs[k] * h[i], 0));
+      const corner = (signs) =>
+        center.map((x, i) => x + half.reduce((sum, h, k) => sum + signs[k] * h[i], 0));
       const all = [];
       for (let axis = 0; axis < 3; axis++) {
         for (const side of [-1, 1]) {
-          const signs = (a, b) => { const s = [0, 0, 0]; s[axis] = side; s[(axis + 1) % 3] = a; s[(axis + 2) % 3] = b; return s; };
-          all.push({ corners: [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([a, b]) => corner(signs(a, b))), edges: true });
+          const signs = (a, b) => {
+            const s = [0, 0, 0];
+            s[axis] = side; s[(axis + 1) % 3] = a; s[(axis + 2) % 3] = b;
+            return s;
+          };
+          const square = [[-1, -1], [1, -1], [1, 1], [-1, 1]];
+          all.push({ corners: square.map(([a, b]) => corner(signs(a, b))), edges: true });
         }
       }
       return visible(all, center);
@@ -87,7 +96,8 @@ const makeSpace = (data) => {
       for (let k = 0; k < count; k++) {
         const next = (k + 1) % count;
         // A tip is one corner; the normal is taken at the wider end.
-        const corners = first >= last ? [a[k], a[next], ...(last > 0 ? [b[next]] : []), b[k]] : [b[k], b[next], ...(first > 0 ? [a[next]] : []), a[k]];
+        const corners = first >= last ? [a[k], a[next], ...(last > 0 ? [b[next]] : []), b[k]]
+          : [b[k], b[next], ...(first > 0 ? [a[next]] : []), a[k]];
         all.push({ corners, edges: false });
       }
       if (first > 0) all.push({ corners: a, edges: true });
@@ -108,15 +118,20 @@ const makeSpace = (data) => {
         if (figure.z || figure.d || list.length < 3) return one(list);
         // Of a long line each piece is as near as it is.
         const piece = { ...figure, n: 2 };
-        return list.slice(1).map((p, k) => ({ figure: piece, v: flat([list[k], p]), depth: nearness([list[k], p]) }));
+        return list.slice(1).map((p, k) =>
+          ({ figure: piece, v: flat([list[k], p]), depth: nearness([list[k], p]) }));
       }
       case "disc": case "circle":
         return scaled(points(v, 1), v[3]);
       case "arc": {
         // Upright in the plane of x and z; angles count in 1/10,000 rad.
         const [x, y, z, radius, from, to] = v, count = 48;
-        const at = (k) => { const s = (from + (to - from) * k / count) / 1e4; return [x + radius * Math.cos(s), y, z + radius * Math.sin(s)]; };
-        return pieces({ ...figure, k: "line", n: count + 1 }, Array.from({ length: count + 1 }, (_, k) => at(k)).flat());
+        const at = (k) => {
+          const s = (from + (to - from) * k / count) / 1e4;
+          return [x + radius * Math.cos(s), y, z + radius * Math.sin(s)];
+        };
+        return pieces({ ...figure, k: "line", n: count + 1 },
+          Array.from({ length: count + 1 }, (_, k) => at(k)).flat());
       }
       case "spring": case "arrow": case "ground":
         return one(points(v, 2));
@@ -128,22 +143,28 @@ const makeSpace = (data) => {
     }
   }
 
-  // What a figure reaches: places with a radius about them. Circles about an axis are the corners of polygons around them.
+  // What a figure reaches: places with a radius about them. Circles about an axis are the corners of polygons
+  // around them.
   function places(figure, v, count, visit) {
     if (v.some(Number.isNaN)) return;
     if (figure.k === "cuboid") {
       const [center, ...faces] = points(v, 4), half = faces.map((face) => minus(face, center));
-      for (let k = 0; k < 8; k++) visit(center.map((x, i) => x + half.reduce((sum, h, axis) => sum + (k >> axis & 1 ? 1 : -1) * h[i], 0)), 0);
+      const sign = (k, axis) => (k >> axis & 1 ? 1 : -1);
+      const corner = (k) =>
+        center.map((x, i) => x + half.reduce((sum, h, axis) => sum + sign(k, axis) * h[i], 0));
+      for (let k = 0; k < 8; k++) visit(corner(k), 0);
     } else if (figure.k === "cone") {
       const ends = points(v, 2), axis = unit(minus(ends[1], ends[0]));
       ends.forEach((end, k) => ring(end, axis, 1.04 * Math.abs(v[6 + k]), 12).forEach((p) => visit(p, 0)));
     } else {
-      const radius = figure.k === "disc" || figure.k === "circle" || figure.k === "arc" ? Math.abs(v[3 * count]) : 0;
+      const radius = figure.k === "disc" || figure.k === "circle" || figure.k === "arc"
+        ? Math.abs(v[3 * count]) : 0;
       for (const p of points(v, count)) visit(p, radius);
     }
   }
 
-  // Some directions all around, and of everything what reaches farthest in each: enough to know how far it reaches from any eye.
+  // Some directions all around, and of everything what reaches farthest in each: enough to know how far it
+  // reaches from any eye.
   const around = Array.from({ length: 80 }, (_, k) => {
     const z = 1 - (2 * k + 1) / 80, r = Math.sqrt(1 - z * z), s = k * Math.PI * (3 - Math.sqrt(5));
     return [r * Math.cos(s), r * Math.sin(s), z];
@@ -159,7 +180,8 @@ const makeSpace = (data) => {
     return (farthest = found.filter(({ p }) => p));
   }
 
-  // What has to have room: as from the eye's first place, and more where the viewer has turned and it needs more.
+  // What has to have room: as from the eye's first place, and more where the viewer has turned and it needs
+  // more.
   function reach(first, every) {
     if (!turnedAway) return first;
     const now = extent((visit) => outermost(every).forEach(({ p, radius }) => visit(p, radius)));
@@ -178,7 +200,8 @@ const makeSpace = (data) => {
     return reach[0] <= reach[1] ? reach : [-size, size, -size, size];
   }
 
-  // The level grid under everything, as lines of the plane. `spacing` in parts of the view, `offset` from the middle to a line along x and y.
+  // The level grid under everything, as lines of the plane. `spacing` in parts of the view, `offset` from the
+  // middle to a line along x and y.
   function floor(spacing, offset) {
     const lines = [], z = -data.half[2];
     const [lo, hi] = [0, 1].map((sign) => [0, 1].map((axis) => {

@@ -329,11 +329,36 @@ fn model(random: &mut Random) -> Result<Outcome, String> {
     let mut b = Builder { graph: std::mem::take(&mut m.graph), random, known: Vec::new() };
     b.leaf(&all);
     (0..steps).for_each(|_| b.step(&all, f as u32));
+    let mut kinetic = inertia(&mut b, n);
+    let role = if lagrangian { EnergyRole::Lagrangian } else { EnergyRole::Kinetic };
+    if !with_inertia {
+        kinetic = b.pick().node;
+    } else if lagrangian {
+        let potential = b.pick().node;
+        kinetic = b.graph.sub(kinetic, potential);
+    }
+    let mut nodes: Nodes = std::array::from_fn(|_| b.pick().node);
+    let pieces = b.random.draw();
+    m.constraints = constraints(&mut b, n);
+    if !m.constraints.is_empty() {
+        ask_for_reactions(&mut b, &m.constraints, pieces, &mut nodes);
+    }
+    m.graph = b.graph;
+    energy(&mut m, role, kinetic);
+    add_pieces(&mut m, pieces, lagrangian, nodes);
+    compiled(m)
+}
+
+/// What a random model may have besides a kinetic energy: a potential, a dissipation, the point and the
+/// magnitude of a force, an output, an event.
+type Nodes = [NodeId; 6];
+
+/// Terms of a kinetic energy for n coordinates: constant, varying, coupled, or none at all.
+fn inertia(b: &mut Builder<'_>, n: usize) -> NodeId {
     let mut kinetic = b.graph.zero();
     for i in 0..n as u32 {
         let (u, q) = (b.graph.symbol(Symbol::Rate(i)), b.graph.symbol(Symbol::Coordinate(i)));
         let square = b.graph.mul(u, u);
-        // Constant, varying, coupled, or none at all.
         let term = match b.random.below(8) {
             0..4 => square,
             4 => {
@@ -353,37 +378,32 @@ fn model(random: &mut Random) -> Result<Outcome, String> {
         };
         kinetic = b.graph.add(kinetic, term);
     }
-    let role = if lagrangian { EnergyRole::Lagrangian } else { EnergyRole::Kinetic };
-    if !with_inertia {
-        kinetic = b.pick().node;
-    } else if lagrangian {
-        let potential = b.pick().node;
-        kinetic = b.graph.sub(kinetic, potential);
-    }
-    let [v, d, at, mut along, mut out, mut event] = std::array::from_fn(|_| b.pick().node);
-    let pieces = b.random.draw();
-    m.constraints = constraints(&mut b, n);
-    if !m.constraints.is_empty() {
-        // What may ask for reactions and modes: often none that exist.
-        for (bit, node) in [(64, &mut along), (128, &mut out), (256, &mut event)] {
-            if pieces & bit != 0 {
-                let i = b.random.below(3) as u32;
-                let symbol = if b.random.one_in(2) { Symbol::Multiplier(0) } else { Symbol::Mode(i) };
-                let asked = symbol == Symbol::Multiplier(0)
-                    || m.constraints.iter().filter(|c| c.switched).count() > i as usize;
-                let symbol = b.graph.symbol(if asked { symbol } else { Symbol::Multiplier(0) });
-                *node = b.graph.mul(*node, symbol);
-            }
+    kinetic
+}
+
+/// Multiplies what may ask for reactions and modes, often for none that exist, with one of them.
+fn ask_for_reactions(b: &mut Builder<'_>, constraints: &[Constraint], pieces: u64, nodes: &mut Nodes) {
+    let [_, _, _, along, out, event] = nodes;
+    for (bit, node) in [(64, along), (128, out), (256, event)] {
+        if pieces & bit != 0 {
+            let i = b.random.below(3) as u32;
+            let symbol = if b.random.one_in(2) { Symbol::Multiplier(0) } else { Symbol::Mode(i) };
+            let asked = symbol == Symbol::Multiplier(0)
+                || constraints.iter().filter(|c| c.switched).count() > i as usize;
+            let symbol = b.graph.symbol(if asked { symbol } else { Symbol::Multiplier(0) });
+            *node = b.graph.mul(*node, symbol);
         }
     }
-    m.graph = b.graph;
-    energy(&mut m, role, kinetic);
+}
+
+/// Adds the pieces whose bits are set.
+fn add_pieces(m: &mut Model, pieces: u64, lagrangian: bool, [v, d, at, along, out, event]: Nodes) {
     let origin = Origin(7);
     if pieces & 1 != 0 && !lagrangian {
-        energy(&mut m, EnergyRole::Potential, v);
+        energy(m, EnergyRole::Potential, v);
     }
     if pieces & 2 != 0 {
-        energy(&mut m, EnergyRole::Dissipation, d);
+        energy(m, EnergyRole::Dissipation, d);
     }
     if pieces & 4 != 0 {
         let terms = vec![
@@ -406,7 +426,6 @@ fn model(random: &mut Random) -> Result<Outcome, String> {
     if pieces & 32 != 0 {
         m.nominal.push((0, f64::from_bits(pieces.rotate_left(17))));
     }
-    compiled(m)
 }
 
 /// None, or some: of positions, of velocities, of anything.

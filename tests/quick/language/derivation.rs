@@ -75,85 +75,113 @@ fn verify<M>(
     M: Linearize + Powers,
 {
     let mut random = Random(0x1234_5678_9abc_def1);
-    let n = M::Vector::LEN;
     for _ in 0..20 {
         let state: M::State = random_state::<M>(&mut random, center);
-        let still = M::Vector::zeros();
-        let lagrangian = |s: &M::State| l(&M::coordinates_with(s, &still, &[])).value();
+        let lagrangian = |s: &M::State| l(&M::coordinates_with(s, &M::Vector::zeros(), &[])).value();
+        let power = |a: &M::Vector| applied(&M::coordinates_with(&state, a, &[]));
+        verify_momenta_and_energy(model, &state, &lagrangian);
+        verify_mass_and_force(model, &state, &lagrangian, &power);
+        verify_motion_and_powers(model, &state, &power);
+        verify_jacobians(model, &state);
+    }
+}
 
-        let p: Vec<f64> = (0..n).map(|i| slope(&lagrangian, &state, Slot::U(i))).collect();
-        let momenta = model.momenta(&state);
-        for i in 0..n {
-            near(momenta[i], p[i], p[i], 1e-8, "momentum");
+/// p = ∂L/∂q̇, E = p·q̇ − L.
+fn verify_momenta_and_energy<M: Linearize>(
+    model: &M,
+    state: &M::State,
+    lagrangian: &dyn Fn(&M::State) -> f64,
+) {
+    let n = M::Vector::LEN;
+    let p: Vec<f64> = (0..n).map(|i| slope(lagrangian, state, Slot::U(i))).collect();
+    let momenta = model.momenta(state);
+    for i in 0..n {
+        near(momenta[i], p[i], p[i], 1e-8, "momentum");
+    }
+    let energy = model.energy_function(state);
+    let expected = (0..n).map(|i| p[i] * state.u()[i]).sum::<f64>() - lagrangian(state);
+    near(energy, expected, expected, 1e-8, "energy function");
+}
+
+/// M = ∂p/∂q̇ and Q = ∂L/∂q − (∂p/∂q) q̇ − ∂p/∂t + applied, the momenta now trusted.
+fn verify_mass_and_force<M: Linearize + Powers>(
+    model: &M,
+    state: &M::State,
+    lagrangian: &dyn Fn(&M::State) -> f64,
+    power: &dyn Fn(&M::Vector) -> f64,
+) {
+    let n = M::Vector::LEN;
+    let mass = model.mass_matrix(state);
+    let force = model.generalized_force(state);
+    let mut applied_power = 0.0;
+    for i in 0..n {
+        let momentum = |s: &M::State| model.momenta(s)[i];
+        for j in 0..n {
+            let expected = slope(&momentum, state, Slot::U(j));
+            near(mass[(i, j)], expected, expected, 1e-8, "mass matrix");
+            assert_eq!(mass[(i, j)], mass[(j, i)], "the mass matrix is symmetric");
         }
-        let energy = model.energy_function(&state);
-        let expected = (0..n).map(|i| p[i] * state.u()[i]).sum::<f64>() - lagrangian(&state);
-        near(energy, expected, expected, 1e-8, "energy function");
-
-        // M = ∂p/∂q̇ and Q = ∂L/∂q − (∂p/∂q) q̇ − ∂p/∂t + applied, the momenta now trusted.
-        let mass = model.mass_matrix(&state);
-        let force = model.generalized_force(&state);
-        let mut applied_power = 0.0;
-        for i in 0..n {
-            let momentum = |s: &M::State| model.momenta(s)[i];
-            for j in 0..n {
-                let expected = slope(&momentum, &state, Slot::U(j));
-                near(mass[(i, j)], expected, expected, 1e-8, "mass matrix");
-                assert_eq!(mass[(i, j)], mass[(j, i)], "the mass matrix is symmetric");
-            }
-            let convected: f64 =
-                (0..n).map(|j| slope(&momentum, &state, Slot::Q(j)) * state.u()[j]).sum::<f64>()
-                    + slope(&momentum, &state, Slot::Time);
-            let inertial = slope(&lagrangian, &state, Slot::Q(i)) - convected;
-            if M::POWERS.iter().all(|p| p.name == "explicit time") {
-                near(force[i], inertial, inertial, 1e-7, "generalized force");
-            }
-            applied_power += (force[i] - inertial) * state.u()[i];
+        let convected: f64 = (0..n).map(|j| slope(&momentum, state, Slot::Q(j)) * state.u()[j]).sum::<f64>()
+            + slope(&momentum, state, Slot::Time);
+        let inertial = slope(lagrangian, state, Slot::Q(i)) - convected;
+        if M::POWERS.iter().all(|p| p.name == "explicit time") {
+            near(force[i], inertial, inertial, 1e-7, "generalized force");
         }
-        let still = applied(&M::coordinates_with(&state, &still, &[]));
-        near(applied_power, still, still, 1e-7, "power of the applied part of Q");
+        applied_power += (force[i] - inertial) * state.u()[i];
+    }
+    let still = power(&M::Vector::zeros());
+    near(applied_power, still, still, 1e-7, "power of the applied part of Q");
+}
 
-        // M q̈ = Q.
-        let a = model.accelerations(&state).expect("a regular state");
-        for i in 0..n {
-            let product: f64 = (0..n).map(|j| mass[(i, j)] * a[j]).sum();
-            let scale: f64 = (0..n).map(|j| (mass[(i, j)] * a[j]).abs()).sum();
-            near(product, force[i], scale, 1e-11, "M q̈ = Q");
+/// M q̈ = Q, and dE/dt along the motion is the sum of the powers.
+fn verify_motion_and_powers<M: Linearize + Powers>(
+    model: &M,
+    state: &M::State,
+    power: &dyn Fn(&M::Vector) -> f64,
+) {
+    let n = M::Vector::LEN;
+    let (mass, force) = (model.mass_matrix(state), model.generalized_force(state));
+    let a = model.accelerations(state).expect("a regular state");
+    for i in 0..n {
+        let product: f64 = (0..n).map(|j| mass[(i, j)] * a[j]).sum();
+        let scale: f64 = (0..n).map(|j| (mass[(i, j)] * a[j]).abs()).sum();
+        near(product, force[i], scale, 1e-11, "M q̈ = Q");
+    }
+    let energy_of = |s: &M::State| model.energy_function(s);
+    let rate: f64 = (0..n)
+        .map(|i| {
+            slope(&energy_of, state, Slot::Q(i)) * state.u()[i] + slope(&energy_of, state, Slot::U(i)) * a[i]
+        })
+        .sum::<f64>()
+        + slope(&energy_of, state, Slot::Time);
+    let mut powers = vec![0.0; M::POWERS.len()];
+    model.powers(state, &mut powers);
+    let scale = rate.abs() + energy_of(state).abs();
+    near(powers.iter().sum(), rate, scale, 1e-7, "dE/dt = Σ powers");
+    let of_forces: f64 =
+        M::POWERS.iter().zip(&powers).filter(|(q, _)| q.name != "explicit time").map(|(_, p)| *p).sum();
+    let jets = power(&a);
+    near(of_forces, jets, jets, 1e-11, "power of forces and dissipation");
+}
+
+/// Jacobians against differences of the accelerations.
+fn verify_jacobians<M: Linearize>(model: &M, state: &M::State) {
+    let n = M::Vector::LEN;
+    let a = model.accelerations(state).expect("a regular state");
+    let jacobian = model.state_jacobian(state).expect("a regular state");
+    let by_input = model.input_jacobian(state).expect("a regular state");
+    for i in 0..n {
+        let acceleration = |s: &M::State| model.accelerations(s).expect("a regular state")[i];
+        near(jacobian.accelerations[i], a[i], a[i], 1e-12, "q̈ of the Jacobian");
+        for j in 0..n {
+            let expected = slope(&acceleration, state, Slot::Q(j));
+            near(jacobian.by_q[(i, j)], expected, expected, 1e-6, "∂q̈/∂q");
+            let expected = slope(&acceleration, state, Slot::U(j));
+            near(jacobian.by_u[(i, j)], expected, expected, 1e-6, "∂q̈/∂q̇");
         }
-
-        // dE/dt along the motion is the sum of the powers.
-        let energy_of = |s: &M::State| model.energy_function(s);
-        let rate: f64 = (0..n)
-            .map(|i| {
-                slope(&energy_of, &state, Slot::Q(i)) * state.u()[i]
-                    + slope(&energy_of, &state, Slot::U(i)) * a[i]
-            })
-            .sum::<f64>()
-            + slope(&energy_of, &state, Slot::Time);
-        let mut powers = vec![0.0; M::POWERS.len()];
-        model.powers(&state, &mut powers);
-        near(powers.iter().sum(), rate, rate.abs() + energy.abs(), 1e-7, "dE/dt = Σ powers");
-        let of_forces: f64 =
-            M::POWERS.iter().zip(&powers).filter(|(q, _)| q.name != "explicit time").map(|(_, p)| *p).sum();
-        let jets = applied(&M::coordinates_with(&state, &a, &[]));
-        near(of_forces, jets, jets, 1e-11, "power of forces and dissipation");
-
-        // Jacobians against differences of the accelerations.
-        let jacobian = model.state_jacobian(&state).expect("a regular state");
-        let by_input = model.input_jacobian(&state).expect("a regular state");
-        for i in 0..n {
-            let acceleration = |s: &M::State| model.accelerations(s).expect("a regular state")[i];
-            near(jacobian.accelerations[i], a[i], a[i], 1e-12, "q̈ of the Jacobian");
-            for j in 0..n {
-                let expected = slope(&acceleration, &state, Slot::Q(j));
-                near(jacobian.by_q[(i, j)], expected, expected, 1e-6, "∂q̈/∂q");
-                let expected = slope(&acceleration, &state, Slot::U(j));
-                near(jacobian.by_u[(i, j)], expected, expected, 1e-6, "∂q̈/∂q̇");
-            }
-            for j in 0..M::Inputs::LEN {
-                let expected = slope(&acceleration, &state, Slot::Input(j));
-                near(by_input[(i, j)], expected, expected, 1e-6, "∂q̈/∂input");
-            }
+        for j in 0..M::Inputs::LEN {
+            let expected = slope(&acceleration, state, Slot::Input(j));
+            near(by_input[(i, j)], expected, expected, 1e-6, "∂q̈/∂input");
         }
     }
 }

@@ -165,16 +165,32 @@ impl Draft<'_> {
         }
     }
 
-    fn finish(self) -> Generated {
-        // What nothing reads is an error.
-        let scales: Vec<(&str, &str)> = SCALES
-            .into_iter()
-            .filter(|(name, _)| {
-                self.units && [&self.functions, &self.energies[0]].iter().any(|text| reads(text, name))
-            })
-            .collect();
-        let mut text = String::new();
-        let mut fields = String::new();
+    fn finish(mut self) -> Generated {
+        let scales = self.read_scales();
+        let mut text = self.values(&scales);
+        text += "#![allow(nonstandard_style, unused_parens, clippy::all)]\n";
+        text += "use ::dynamics::prelude::*;\n";
+        text += &self.outside;
+        text += &self.attributes(&scales);
+        text += &self.fields(&scales);
+        let _ = writeln!(text, "#[dynamics]\nimpl {} {{", self.name);
+        let [first, second] = [0, 1].map(|i| format!("{text}{}}}\n", self.constants_and_functions(i)));
+        let expectation = self.expectation();
+        // The gauge needs a time.
+        let has_time = !self.units || scales.iter().any(|(name, _)| *name == "period");
+        let may_have_twin = expectation == Expectation::Runs && has_time && self.functions.contains(ENERGIES);
+        let twin = (may_have_twin && self.r.one_in(8)).then_some(second);
+        Generated { text: first, twin, expectation }
+    }
+
+    /// The scales that some function reads: what nothing reads is an error.
+    fn read_scales(&self) -> Vec<(&'static str, &'static str)> {
+        let is_read = |name: &str| [&self.functions, &self.energies[0]].iter().any(|text| reads(text, name));
+        SCALES.into_iter().filter(|(name, _)| self.units && is_read(name)).collect()
+    }
+
+    /// A line of comment with the values of all parameters.
+    fn values(&mut self, scales: &[(&str, &str)]) -> String {
         let mut values = Vec::new();
         // No value is a bound that an expression has (`.min(0.9)`): there is no derivative at a corner.
         let mut value = |from: f64| format!("{:.4}", from + 0.0003 + self.r.below(1000) as f64 / 1000.0);
@@ -189,7 +205,6 @@ impl Draft<'_> {
             values.push(format!("{p}: [{}]", list.join(", ")));
         }
         for (p, shape) in &self.shapes {
-            let shape_name = self.scope.word(shape);
             values.push(match *shape {
                 "Vec2" => format!("{p}: ::dynamics::Vec2::new(0.3, -0.8)"),
                 "Vec3" => format!("{p}: ::dynamics::Vec3::new(0.4, -0.2, 0.7)"),
@@ -197,24 +212,21 @@ impl Draft<'_> {
                     "{p}: ::dynamics::Mat3::from([[1.0, 0.2, -0.1], [0.3, 0.8, 0.4], [-0.2, 0.1, 0.9]])"
                 ),
             });
-            fields += &format!("    pub {p}: {shape_name}<f64>,\n");
         }
-        let _ = writeln!(text, "// model: {} {{ {} }}", self.name, values.join(", "));
-        text += "#![allow(nonstandard_style, unused_parens, clippy::all)]\n";
-        text += "use ::dynamics::prelude::*;\n";
-        text += &self.outside;
-        let coordinates: Vec<String> = self
-            .coordinates
-            .iter()
-            .map(|c| match c.length {
-                None if c.is_length => format!("{}: m", c.name),
-                None if self.units => format!("{}: rad", c.name),
-                None => c.name.clone(),
-                Some(n) if self.units => format!("{}: [rad; {n}]", c.name),
-                Some(n) => format!("{}: [_; {n}]", c.name),
-            })
-            .collect();
-        text += "#[derive(Clone, Debug, Dynamics)]\n";
+        format!("// model: {} {{ {} }}\n", self.name, values.join(", "))
+    }
+
+    /// The derive and its attributes.
+    fn attributes(&self, scales: &[(&str, &str)]) -> String {
+        let coordinate = |c: &Coordinate| match c.length {
+            None if c.is_length => format!("{}: m", c.name),
+            None if self.units => format!("{}: rad", c.name),
+            None => c.name.clone(),
+            Some(n) if self.units => format!("{}: [rad; {n}]", c.name),
+            Some(n) => format!("{}: [_; {n}]", c.name),
+        };
+        let coordinates: Vec<String> = self.coordinates.iter().map(coordinate).collect();
+        let mut text = "#[derive(Clone, Debug, Dynamics)]\n".to_owned();
         let _ = writeln!(text, "#[coordinates({})]", coordinates.join(", "));
         if !self.inputs.is_empty() {
             let _ = writeln!(text, "#[inputs({})]", self.inputs.join(", "));
@@ -227,7 +239,12 @@ impl Draft<'_> {
             let units: Vec<String> = scales.iter().map(|(p, unit)| format!("{p}: {unit}")).collect();
             let _ = writeln!(text, "#[units({})]", units.join(", "));
         }
-        let _ = writeln!(text, "pub struct {} {{", self.name);
+        text
+    }
+
+    /// The struct with its fields.
+    fn fields(&self, scales: &[(&str, &str)]) -> String {
+        let mut text = format!("pub struct {} {{\n", self.name);
         if self.units {
             scales.iter().for_each(|(p, _)| text += &format!("    pub {p}: f64,\n"));
         }
@@ -237,33 +254,29 @@ impl Draft<'_> {
         for (p, length) in &self.arrays {
             let _ = writeln!(text, "    pub {p}: [f64; {length}],");
         }
-        text += &fields;
-        let _ = writeln!(text, "}}\n#[dynamics]\nimpl {} {{", self.name);
-        let whole = |energies: &str| {
-            let functions = self.functions.replace(ENERGIES, energies);
-            // A constant that nothing reads is a warning of rustc's.
-            let is_read = |name: &str| mentions(&functions, &format!("Self::{name}"));
-            let constants: String = self
-                .constants
-                .iter()
-                .filter(|(name, _)| is_read(name))
-                .map(|(_, line)| line.as_str())
-                .collect();
-            format!("{text}{constants}{functions}}}\n")
-        };
-        let (first, second) = (whole(&self.energies[0]), whole(&self.energies[1]));
+        for (p, shape) in &self.shapes {
+            let _ = writeln!(text, "    pub {p}: {}<f64>,", self.scope.word(shape));
+        }
+        text + "}\n"
+    }
+
+    /// The contents of the impl block, with the energies or those of the twin.
+    fn constants_and_functions(&self, energies: usize) -> String {
+        let functions = self.functions.replace(ENERGIES, &self.energies[energies]);
+        // A constant that nothing reads is a warning of rustc's.
+        let is_read = |name: &str| mentions(&functions, &format!("Self::{name}"));
+        let read = self.constants.iter().filter(|(name, _)| is_read(name));
+        let constants: String = read.map(|(_, line)| line.as_str()).collect();
+        constants + &functions
+    }
+
+    fn expectation(&self) -> Expectation {
         let is_generated = |text: &&String| text.contains(&format!("fn {GENERATED}("));
-        let expectation = match [&self.functions, &self.energies[0]].iter().any(is_generated) {
+        match [&self.functions, &self.energies[0]].iter().any(is_generated) {
             _ if self.either => Expectation::Either,
             true => Expectation::Refused,
             false => Expectation::Runs,
-        };
-        let runs = expectation == Expectation::Runs;
-        // The gauge needs a time.
-        let has_time = !self.units || scales.iter().any(|(name, _)| *name == "period");
-        let twin =
-            (runs && has_time && self.functions.contains(ENERGIES) && self.r.one_in(8)).then_some(second);
-        Generated { text: first, twin, expectation }
+        }
     }
 }
 

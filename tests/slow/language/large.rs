@@ -1,6 +1,6 @@
 //! Models whose functions have thousands of operations, written with arrays and loops: blocks and parts of
-//! functions do not change what is computed. A model of 25,000 operations is refused; `ui/models/too_large.rs`
-//! holds its message.
+//! functions do not change what is computed. A model of 25,000 operations is refused;
+//! `ui/models/too_large.rs` holds its message.
 
 use dynamics::constrain::solve_once;
 use dynamics::model::{Model, Terms};

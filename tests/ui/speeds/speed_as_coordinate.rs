@@ -13,7 +13,9 @@ struct Sleigh {
 impl Sleigh {
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2)) + 0.5 * self.j * q.phi.dt().powi(2) + 0.5 * self.m * q.v.powi(2)
+        0.5 * self.m * (q.x.dt().powi(2) + q.y.dt().powi(2))
+            + 0.5 * self.j * q.phi.dt().powi(2)
+            + 0.5 * self.m * q.v.powi(2)
     }
     #[nonholonomic]
     fn edge(&self, q: &Coordinates<Self>) -> Expr {

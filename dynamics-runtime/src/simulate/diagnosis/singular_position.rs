@@ -1,5 +1,17 @@
 //! Singular positions: where constraints lose rank on the path of a motion.
 //!
+//! What a run does there:
+//!
+//! * The start is there: it has the accelerations of the branch of its velocities
+//!   (`stabilization/singular_start.rs`).
+//! * A stage is there: it has their limit along the branch (`Stabilization::branch_limit`).
+//! * A step is near: it is repeated with projected stages, or to end elsewhere
+//!   (`integrate/stepper/singularity_crossing.rs`).
+//! * Monitors end the motion (`run/monitors/`) where drift would choose the branch (`constraint_drift.rs`),
+//!   where its branch is lost among branches that touch (`branch_identification.rs`), and where steps hardly
+//!   advance (`singular_stall.rs`).
+//! * A run has ended early: [`explain`] attributes the failure to the position, with rows and coordinates.
+//!
 //! Where branches cross, the weak direction y of the constraints and the direction x of the motion fulfil y
 //! (y − k x) = c to second order, with c = 0 on the manifold. States that have drifted have c ≠ 0. The
 //! crossing then opens into two hyperbolas. A motion along one of them turns, within |x| of order √c, to

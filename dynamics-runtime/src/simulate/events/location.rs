@@ -1,8 +1,8 @@
 //! Event location: the crossings of all event functions within a step, and their signs from step to step.
 //!
 //! [`EventLocator::scan`] samples the functions on the step's interpolant and follows each from sample to
-//! sample (`integrate/events/`). `run/event_steps.rs` then ends the step at the first crossing that calls for
-//! an action.
+//! sample: `Scan::follow` (`integrate/events/crossing.rs`) brackets the crossings, `root` (`root.rs` there)
+//! locates them. `run/event_steps.rs` then ends the step at the first crossing that calls for an action.
 //!
 //! * A function that is exactly zero at the start of the motion has not crossed. Only a reset for one
 //!   direction is applied there, if the motion leaves zero in that direction (a ball that starts on the floor

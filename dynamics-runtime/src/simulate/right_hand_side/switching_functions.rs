@@ -153,7 +153,9 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         fails: bool,
         path: &dyn Fn(f64) -> Phase<M::Vector>,
     ) -> Option<f64> {
-        const { assert!(M::KINKS <= MAX_KINKS && M::REACTION_KINKS <= MAX_KINKS, "more kinks than are followed") };
+        const {
+            assert!(M::KINKS <= MAX_KINKS && M::REACTION_KINKS <= MAX_KINKS, "more kinks than are followed");
+        };
         let size = 1.0 + max_abs(path(1.0).q.as_slice());
         let mut search = SwitchingSearch { t, h, size, resolution: resolution(t, h), first: f64::INFINITY };
         if M::HAS_KINKS {

@@ -95,8 +95,34 @@ impl Draft<'_> {
 
     /// T and V, every coordinate with inertia, every parameter read.
     pub(super) fn energies(&mut self) {
-        let mut kinetic = Vec::new();
         let jets: Vec<String> = self.coordinates.iter().flat_map(Coordinate::jets).collect();
+        let mut kinetic = self.inertia_of_coordinates();
+        self.couple_velocities(&jets, &mut kinetic);
+        // Masses must not have corners.
+        self.scope.corners = self.r.one_in(3);
+        let potential = self.potential_terms(&jets);
+        let dimension =
+            |scale: String, terms: String| if scale.is_empty() { terms } else { format!("{scale}({terms})") };
+        let t = dimension(self.scale("inertia"), sum(&kinetic));
+        let v = dimension(self.scale("strength"), sum(&potential));
+        let [first, second] = self.energy_names();
+        let gauge = self.gauge();
+        let before = std::mem::take(&mut self.functions);
+        self.function("lagrangian", &first, "Expr", &format!("{t} - ({v}) + ({gauge}).dt()"));
+        let twin = std::mem::take(&mut self.functions);
+        if self.r.one_in(6) {
+            self.function("lagrangian", &first, "Expr", &format!("{t} - ({v})"));
+        } else {
+            self.function("kinetic", &first, "Expr", &t);
+            self.function("potential", &second, "Expr", &v);
+        }
+        self.energies = [std::mem::replace(&mut self.functions, before), twin];
+        self.functions += ENERGIES;
+    }
+
+    /// Terms of T, one or several for each coordinate.
+    fn inertia_of_coordinates(&mut self) -> Vec<String> {
+        let mut kinetic = Vec::new();
         for c in &self.coordinates {
             let weight = match self.r.below(3) {
                 0 => format!("self.{}", self.scalars[self.r.below(self.scalars.len())]),
@@ -119,8 +145,12 @@ impl Draft<'_> {
                 }
             }
         }
-        // Places whose velocities couple the coordinates; products of velocities, which are derived by the
-        // momenta.
+        kinetic
+    }
+
+    /// Adds terms of T that couple coordinates: places, products of velocities (which are derived by the
+    /// momenta), a body.
+    fn couple_velocities(&mut self, jets: &[String], kinetic: &mut Vec<String>) {
         if !self.r.one_in(3) {
             let depth = 1 + self.r.below(2);
             let (mut w, scope) = self.writer();
@@ -150,8 +180,10 @@ impl Draft<'_> {
                  * {b}))).kinetic_energy()"
             ));
         }
-        // Masses must not have corners.
-        self.scope.corners = self.r.one_in(3);
+    }
+
+    /// Terms of V: every parameter is read, and every coordinate is pulled back.
+    fn potential_terms(&mut self, jets: &[String]) -> Vec<String> {
         let depth = [1, 1, 2, 2, 3][self.r.below(5)];
         let mut potential = vec![self.jet(depth)];
         for p in &self.scalars {
@@ -176,40 +208,31 @@ impl Draft<'_> {
         // Every coordinate is pulled back: no motion leaves the range of the states.
         let first = jets.iter().map(|j| format!("0.4 * {j}.powi(2)")).collect::<Vec<_>>().join(" + ");
         potential.push(first);
-        let dimension =
-            |scale: String, terms: String| if scale.is_empty() { terms } else { format!("{scale}({terms})") };
-        let t = dimension(self.scale("inertia"), sum(&kinetic));
-        let v = dimension(self.scale("strength"), sum(&potential));
-        let mut role = || if self.r.one_in(3) { self.names.function(self.r) } else { String::new() };
-        let (first, second) = (role(), role());
-        let name = |chosen: String, usual: &str, names: &mut Names| {
-            if !chosen.is_empty() {
-                chosen
-            } else if names.is_free(usual) {
-                names.keep(usual);
+        potential
+    }
+
+    /// Names of the functions of both energies: random ones, or else the usual ones.
+    fn energy_names(&mut self) -> [String; 2] {
+        let mut random = || self.r.one_in(3).then(|| self.names.function(self.r));
+        let (first, second) = (random(), random());
+        let mut or_usual = |name: Option<String>, usual: &str| match name {
+            Some(name) => name,
+            None if self.names.is_free(usual) => {
+                self.names.keep(usual);
                 usual.to_owned()
-            } else {
-                format!("{usual}_of_it")
             }
+            None => format!("{usual}_of_it"),
         };
-        let first = name(first, "kinetic", &mut self.names);
-        let second = name(second, "potential", &mut self.names);
-        // The gauge is d/dt of a function of the coordinates: momenta change, motions do not.
+        [or_usual(first, "kinetic"), or_usual(second, "potential")]
+    }
+
+    /// A function of the coordinates. Its time derivative, added to a Lagrangian, changes momenta and no
+    /// motions.
+    fn gauge(&mut self) -> String {
         let corners = std::mem::take(&mut self.scope.corners);
         let gauge = self.jet(1);
         self.scope.corners = corners;
-        let gauge = if self.units { format!("self.inertia * {gauge} / self.period") } else { gauge };
-        let before = std::mem::take(&mut self.functions);
-        self.function("lagrangian", &first, "Expr", &format!("{t} - ({v}) + ({gauge}).dt()"));
-        let twin = std::mem::take(&mut self.functions);
-        if self.r.one_in(6) {
-            self.function("lagrangian", &first, "Expr", &format!("{t} - ({v})"));
-        } else {
-            self.function("kinetic", &first, "Expr", &t);
-            self.function("potential", &second, "Expr", &v);
-        }
-        self.energies = [std::mem::replace(&mut self.functions, before), twin];
-        self.functions += ENERGIES;
+        if self.units { format!("self.inertia * {gauge} / self.period") } else { gauge }
     }
 
     /// Begins anew, with arrays of these lengths as coordinates and two parameters at most.

@@ -6,8 +6,10 @@
 //! If its error is permitted, the motion does not need the short steps: that is the meaning of stiff (Hairer
 //! & Wanner, Solving ODE II, IV.1, "explicit methods don't work").
 //!
-//! `simulation/execution.rs` changes the method. The summary's check of a finished motion is
-//! `verification/stiffness.rs`.
+//! `StiffnessDetection::is_stiff` decides, by `Stepper::test_stiffness` (`integrate/stepper/stiffness.rs`)
+//! and by these trials. It does so only where the user has set neither a method nor a fixed step. Then
+//! `run_method` in `simulation/execution.rs` continues with Radau IIA. The summary's check of a finished
+//! motion is `verification/stiffness.rs`.
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
