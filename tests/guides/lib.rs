@@ -11,12 +11,18 @@ pub struct FirstModel;
 pub struct Results;
 #[doc = page!("../../docs/guide/constraints.md")]
 pub struct Constraints;
+#[doc = page!("../../docs/guide/mechanisms.md")]
+pub struct Mechanisms;
 #[doc = page!("../../docs/guide/events-and-control.md")]
 pub struct EventsAndControl;
 #[doc = page!("../../docs/guide/equilibria.md")]
 pub struct Equilibria;
+#[doc = page!("../../docs/guide/branches.md")]
+pub struct Branches;
 #[doc = page!("../../docs/guide/vibration.md")]
 pub struct Vibration;
+#[doc = page!("../../docs/guide/rotors.md")]
+pub struct Rotors;
 #[doc = page!("../../docs/guide/periodic-motions.md")]
 pub struct PeriodicMotions;
 #[doc = page!("../../docs/guide/parameters.md")]
@@ -25,6 +31,8 @@ pub struct Parameters;
 pub struct Accuracy;
 #[doc = page!("../../docs/guide/bodies.md")]
 pub struct Bodies;
+#[doc = page!("../../docs/guide/singular-positions.md")]
+pub struct SingularPositions;
 #[doc = page!("../../docs/reference/language.md")]
 pub struct Language;
 
