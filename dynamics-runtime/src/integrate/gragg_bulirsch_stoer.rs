@@ -373,11 +373,6 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
         Ok((end, tolerances.norm(&self.error, y, &end)))
     }
 
-    #[inline(always)]
-    fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
-        system.accelerations(end_t, &end.q, &end.u)
-    }
-
     fn dense<S: System<V>>(
         &mut self,
         system: &mut S,

@@ -93,8 +93,11 @@ pub trait Scheme<V: Vector>: Clone {
     fn prepare_replay(&mut self, _step: &Step<V>, _part: f64) -> bool {
         false
     }
-    /// q̈ at the end of the step just tried.
-    fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error>;
+    /// q̈ at the end of the step just tried: another evaluation, unless the last stage lies there.
+    #[inline(always)]
+    fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
+        system.accelerations(end_t, &end.q, &end.u)
+    }
     /// The interpolant of the step just finished; may evaluate further stages.
     fn dense<S: System<V>>(
         &mut self,
@@ -118,8 +121,11 @@ pub trait Scheme<V: Vector>: Clone {
     }
     /// Stage derivatives of the step just tried, in the order of evaluation.
     fn stages(&self) -> &[Phase<V>];
-    /// The vector whose norm `attempt` returned, unscaled. Errors name its largest element.
-    fn error_vector(&self) -> Phase<V>;
+    /// The vector whose norm `attempt` returned, unscaled; zero without error estimate. Errors name its largest
+    /// element.
+    fn error_vector(&self) -> Phase<V> {
+        Phase::zeros()
+    }
     /// The disagreement of the stages of the step just tried, unscaled: the error, where it is estimated.
     fn stage_disagreement(&self) -> Phase<V> {
         self.error_vector()
@@ -140,6 +146,8 @@ pub trait Scheme<V: Vector>: Clone {
         factor
     }
     /// Estimate |h λ| of the dominant eigenvalue from two stages at the end of the step; `None` where they
-    /// coincide.
-    fn stiffness(&self, h: f64, end: &StepNode<V>) -> Option<f64>;
+    /// coincide, and for methods without a test for stiffness.
+    fn stiffness(&self, _h: f64, _end: &StepNode<V>) -> Option<f64> {
+        None
+    }
 }

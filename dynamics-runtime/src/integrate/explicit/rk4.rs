@@ -60,17 +60,8 @@ impl<V: Vector> Scheme<V> for Rk4<V> {
         Ok((advance(y, h, &B, k), 0.0))
     }
 
-    #[inline(always)]
-    fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
-        system.accelerations(end_t, &end.q, &end.u)
-    }
-
     fn stages(&self) -> &[Phase<V>] {
         &self.k
-    }
-
-    fn error_vector(&self) -> Phase<V> {
-        Phase::zeros()
     }
 
     /// The difference of the two middle stages, and that of their sum from the stages at the ends: both of

@@ -131,14 +131,6 @@ impl<V: Vector, const S: usize> Scheme<V> for Composition<V, S> {
     fn stages(&self) -> &[Phase<V>] {
         &self.k
     }
-
-    fn error_vector(&self) -> Phase<V> {
-        Phase::zeros()
-    }
-
-    fn stiffness(&self, _: f64, _: &StepNode<V>) -> Option<f64> {
-        None
-    }
 }
 
 #[cfg(test)]

@@ -130,10 +130,6 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
         }
     }
 
-    fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
-        system.accelerations(end_t, &end.q, &end.u)
-    }
-
     fn forget_history(&mut self) {
         self.last = None;
     }
@@ -142,15 +138,7 @@ impl<V: Vector> Scheme<V> for EnergyMidpoint<V> {
         &self.k
     }
 
-    fn error_vector(&self) -> Phase<V> {
-        Phase::zeros()
-    }
-
     fn has_converged(&self) -> bool {
         self.solved
-    }
-
-    fn stiffness(&self, _: f64, _: &StepNode<V>) -> Option<f64> {
-        None
     }
 }

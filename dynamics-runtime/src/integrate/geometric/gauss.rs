@@ -322,16 +322,8 @@ impl<V: Vector, const S: usize> Scheme<V> for Gauss<V, S> {
         Ok((end?, 0.0))
     }
 
-    fn finish<Y: System<V>>(&mut self, system: &mut Y, end_t: f64, end: &Phase<V>) -> Result<V, Y::Error> {
-        system.accelerations(end_t, &end.q, &end.u)
-    }
-
     fn stages(&self) -> &[Phase<V>] {
         &self.k[..S + 1]
-    }
-
-    fn error_vector(&self) -> Phase<V> {
-        Phase::zeros()
     }
 
     fn has_converged(&self) -> bool {
@@ -340,10 +332,6 @@ impl<V: Vector, const S: usize> Scheme<V> for Gauss<V, S> {
 
     fn accept_step(&mut self, step: &Step<V>) {
         self.last = Some((step.end.y, step.h, self.u, step.start.y.u));
-    }
-
-    fn stiffness(&self, _: f64, _: &StepNode<V>) -> Option<f64> {
-        None
     }
 }
 

@@ -50,20 +50,7 @@ impl<V: Vector> Scheme<V> for SemiImplicitEuler<V> {
         Ok((Phase { q, u: moved.u }, 0.0))
     }
 
-    #[inline(always)]
-    fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
-        system.accelerations(end_t, &end.q, &end.u)
-    }
-
     fn stages(&self) -> &[Phase<V>] {
         &self.k
-    }
-
-    fn error_vector(&self) -> Phase<V> {
-        Phase::zeros()
-    }
-
-    fn stiffness(&self, _: f64, _: &StepNode<V>) -> Option<f64> {
-        None
     }
 }

@@ -120,14 +120,6 @@ macro_rules! scheme {
             fn stages(&self) -> &[Phase<V>] {
                 &self.k
             }
-
-            fn error_vector(&self) -> Phase<V> {
-                Phase::zeros()
-            }
-
-            fn stiffness(&self, _: f64, _: &StepNode<V>) -> Option<f64> {
-                None
-            }
         }
     };
 }

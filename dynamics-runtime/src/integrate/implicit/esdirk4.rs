@@ -358,8 +358,4 @@ impl<V: Vector> Scheme<V> for Esdirk4<V> {
     fn adjust_step_factor(&mut self, factor: f64, error: f64) -> f64 {
         if error <= 1.0 && (1.0..=UNCHANGED_STEP_GROWTH).contains(&factor) { 1.0 } else { factor }
     }
-
-    fn stiffness(&self, _: f64, _: &StepNode<V>) -> Option<f64> {
-        None
-    }
 }

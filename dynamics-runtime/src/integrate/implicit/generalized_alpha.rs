@@ -511,10 +511,6 @@ impl<V: Vector> Scheme<V> for GeneralizedAlpha<V> {
         Ok((self.end, permitted.norm(&self.error, &start.y, &self.end)))
     }
 
-    fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
-        system.accelerations(end_t, &end.q, &end.u)
-    }
-
     fn stages(&self) -> &[Phase<V>] {
         &self.k
     }
@@ -544,9 +540,5 @@ impl<V: Vector> Scheme<V> for GeneralizedAlpha<V> {
     fn adjust_step_factor(&mut self, factor: f64, error: f64) -> f64 {
         // The matrix is kept, and the data of the last step need no scaling.
         if error <= 1.0 && (1.0..=UNCHANGED_STEP_GROWTH).contains(&factor) { 1.0 } else { factor }
-    }
-
-    fn stiffness(&self, _: f64, _: &StepNode<V>) -> Option<f64> {
-        None
     }
 }

@@ -476,11 +476,6 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         Ok((end, error))
     }
 
-    #[inline(always)]
-    fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
-        system.accelerations(end_t, &end.q, &end.u)
-    }
-
     fn dense<S: System<V>>(
         &mut self,
         _: &mut S,
@@ -582,9 +577,5 @@ impl<V: Vector> Scheme<V> for Radau5<V> {
         } else {
             factor
         }
-    }
-
-    fn stiffness(&self, _: f64, _: &StepNode<V>) -> Option<f64> {
-        None
     }
 }
