@@ -13,7 +13,6 @@ use alloc::vec::Vec;
 use dynamics_view::suggest;
 
 use crate::constrain::assemble::CONSISTENT;
-use crate::error::SolveError;
 use crate::integrate::StepOptions;
 use crate::model::{Constraint, ConstraintKind, ModelState, SimulationModel, StaticTraits, Vector};
 use crate::simulate::events::contact_corner;
@@ -71,12 +70,6 @@ impl From<ConsistencyError> for EventActionError {
             ConsistencyError::State(error) => Self::State(Box::new(error)),
             ConsistencyError::Solve(error) => Self::Solve(error),
         }
-    }
-}
-
-impl From<SolveError> for EventActionError {
-    fn from(error: SolveError) -> Self {
-        Self::Solve(error)
     }
 }
 
