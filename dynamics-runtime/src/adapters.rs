@@ -259,8 +259,8 @@ pub enum AdapterError {
     #[error("{0}")]
     Parameter(StateError),
     /// The parameters alone make the mass matrix singular.
-    #[error("{0}")]
-    Singular(SingularMassMatrix),
+    #[error(transparent)]
+    Singular(#[from] SingularMassMatrix),
     /// The motion is not finite, for an input has no value.
     #[error(
         "the motion is not finite at t = {time}, as input `{input}` has no value; set it in the start state \
@@ -292,12 +292,6 @@ pub enum AdapterError {
         /// When the model last had no accelerations before, and why.
         failure: Option<(f64, SolveError)>,
     },
-}
-
-impl From<SingularMassMatrix> for AdapterError {
-    fn from(error: SingularMassMatrix) -> Self {
-        Self::Singular(error)
-    }
 }
 
 fn not_finite(

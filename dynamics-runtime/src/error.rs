@@ -47,8 +47,8 @@ impl core::error::Error for SingularMassMatrix {}
 #[non_exhaustive]
 pub enum SolveError {
     /// The mass matrix has no inverse on the motions that the constraints leave.
-    #[error("{0}")]
-    SingularMassMatrix(SingularMassMatrix),
+    #[error(transparent)]
+    SingularMassMatrix(#[from] SingularMassMatrix),
     /// The constraints contradict each other here: no acceleration satisfies them all.
     #[error(fmt = contradiction)]
     Contradiction {
@@ -193,12 +193,6 @@ pub enum SolveError {
         /// The input.
         input: &'static str,
     },
-}
-
-impl From<SingularMassMatrix> for SolveError {
-    fn from(error: SingularMassMatrix) -> Self {
-        Self::SingularMassMatrix(error)
-    }
 }
 
 /// Residuals of accelerations from here on are not printed: they are those of a mechanism that locks up, and

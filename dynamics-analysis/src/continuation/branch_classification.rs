@@ -27,8 +27,6 @@ const PROBE_DISTANCE_RATIO: f64 = 0.25;
 /// Number of distances: the last one is 10⁻² / 4¹³ = 1.5·10⁻¹⁰. Two branch points 10⁻⁵ apart
 /// need distances below that; nearer than the last one rounding decides.
 const PROBE_COUNT: usize = 14;
-/// Larger distances, for arms along which the parameter does not change measurably at the first one.
-const FAR_PROBE_DISTANCES: [f64; 5] = [0.1, 1.0, 10.0, 100.0, 1000.0];
 /// Changes of the parameter below this share of its range and size are rounding: points are accurate to
 /// some 10⁻¹⁵, and 10⁻¹² leaves room for ill-conditioned ones.
 const PARAMETER_ROUNDING: f64 = 1e-12;
@@ -104,26 +102,12 @@ impl<M: Constraints + Powers> Tracer<'_, M> {
             }
             match turned {
                 Some(place) if is_level => return ParameterCourse::Turns(Box::new(place)),
+                // Nothing changes measurably at this distance, nor at smaller ones.
                 None if is_level => break,
                 _ => before = Some(difference),
             }
         }
-        if turned.is_some() || before.is_some() {
-            return ParameterCourse::Unknown;
-        }
-        // Nothing changed measurably: look farther away.
-        let mut far = FAR_PROBE_DISTANCES.into_iter().filter_map(|h| Some((h, sides(h)?)));
-        match far.find(|(_, (_, mean, difference))| mean.abs().max(difference.abs()) > noise) {
-            Some((h, (_, mean, difference))) if difference.abs() > mean.abs() => {
-                ParameterCourse::Passes(difference / h)
-            }
-            Some((_, ([plus, _], mean, difference)))
-                if difference.abs() <= noise + MAX_ASYMMETRY * mean.abs() =>
-            {
-                ParameterCourse::Turns(Box::new(plus))
-            }
-            _ => ParameterCourse::Unknown,
-        }
+        ParameterCourse::Unknown
     }
 
     /// A point of the branch that leaves a branch point in this direction, at the distance h.

@@ -12,11 +12,11 @@ use crate::LinearizeError;
 #[non_exhaustive]
 pub enum EquilibriumError {
     /// The start is not a state of the model, or no position fulfils the constraints.
-    #[error("{0}")]
-    State(StateError),
+    #[error(transparent)]
+    State(#[from] StateError),
     /// The constraints cannot be followed, or there are no reactions.
-    #[error("{0}")]
-    Solve(SolveError),
+    #[error(transparent)]
+    Solve(#[from] SolveError),
     /// There are no derivatives.
     #[error("{0}")]
     Derivatives(LinearizeError),
@@ -195,18 +195,6 @@ impl EquilibriumError {
 }
 
 dynamics_runtime::sentence_for_debugging!(EquilibriumError);
-
-impl From<StateError> for EquilibriumError {
-    fn from(error: StateError) -> Self {
-        Self::State(error)
-    }
-}
-
-impl From<SolveError> for EquilibriumError {
-    fn from(error: SolveError) -> Self {
-        Self::Solve(error)
-    }
-}
 
 impl From<LinearizeError> for EquilibriumError {
     fn from(error: LinearizeError) -> Self {

@@ -127,7 +127,6 @@ impl<R: Vector> Statics<R> {
         state: &M::State,
         preferred: &[usize],
     ) -> Result<Self, EquilibriumError> {
-        let (n, r, w) = (M::Vector::LEN, M::Rows::LEN, M::Inputs::LEN);
         let terms = StaticTerms::of(model, state)?;
         let holonomic = terms.rows.iter().filter(|row| **row < M::Residual::LEN).count();
         let tangent = Tangent::new(&terms.jacobian, holonomic, &terms.mass, [preferred, preferred]);
@@ -135,14 +134,7 @@ impl<R: Vector> Statics<R> {
         let of_rows = tangent.particular(&DMatrix::identity(rows, rows)).tr_mul(&terms.force);
         let mut multipliers = M::Rows::zeros();
         terms.rows.iter().zip(of_rows.iter()).for_each(|(row, x)| multipliers[*row] = *x);
-        let mut values = alloc::vec![0.0; (n + r) * (2 * n + w) + r * n];
-        if !model.variations(state, &M::Vector::zeros(), &multipliers, &mut values) {
-            return Err(LinearizeError::NoDerivatives.into());
-        }
-        let by_q = DMatrix::from_row_slice(n, n, &values[..n * n]);
-        if !by_q.iter().all(|x| x.is_finite()) {
-            return Err(LinearizeError::NotFinite.into());
-        }
+        let by_q = force_by_positions(model, state, &multipliers)?;
         let (d, e) = (&tangent.positions, &tangent.velocities);
         let sizes = terms.force.abs() + terms.jacobian.abs().tr_mul(&of_rows.abs());
         let mass = e.tr_mul(&(&terms.mass * e));
@@ -188,7 +180,6 @@ impl<R: Vector> Statics<R> {
         metric: &[f64],
         rows: &[usize],
     ) -> Result<DMatrix<f64>, EquilibriumError> {
-        let (n, r, w) = (M::Vector::LEN, M::Rows::LEN, M::Inputs::LEN);
         let (d, e) = (&self.tangent.positions, &self.tangent.velocities);
         let metric = DMatrix::from_diagonal(&DVector::from_column_slice(metric));
         let square = e.tr_mul(&(&metric * e));
@@ -201,14 +192,7 @@ impl<R: Vector> Statics<R> {
             -self.tangent.particular(&DMatrix::identity(rows.len(), rows.len())).tr_mul(&(left - tangential));
         let mut multipliers = self.multipliers;
         rows.iter().zip(by.iter()).for_each(|(row, by)| multipliers[*row] += by);
-        let mut values = alloc::vec![0.0; (n + r) * (2 * n + w) + r * n];
-        if !model.variations(state, &M::Vector::zeros(), &multipliers, &mut values) {
-            return Err(LinearizeError::NoDerivatives.into());
-        }
-        let by_q = DMatrix::from_row_slice(n, n, &values[..n * n]);
-        if !by_q.iter().all(|x| x.is_finite()) {
-            return Err(LinearizeError::NotFinite.into());
-        }
+        let by_q = force_by_positions(model, state, &multipliers)?;
         Ok(e.tr_mul(&(by_q * d)))
     }
 
@@ -333,6 +317,21 @@ impl<R: Vector> Statics<R> {
 fn largest(force: &DVector<f64>) -> (usize, f64) {
     let one = |best: (usize, f64), (i, x): (usize, &f64)| if x.abs() > best.1.abs() { (i, *x) } else { best };
     force.iter().enumerate().fold((0, 0.0), one)
+}
+
+/// ∂r/∂q at q̈ = 0 with these multipliers.
+fn force_by_positions<M: Constraints>(
+    model: &M,
+    state: &M::State,
+    multipliers: &M::Rows,
+) -> Result<DMatrix<f64>, LinearizeError> {
+    let (n, r, w) = (M::Vector::LEN, M::Rows::LEN, M::Inputs::LEN);
+    let mut values = alloc::vec![0.0; (n + r) * (2 * n + w) + r * n];
+    if !model.variations(state, &M::Vector::zeros(), multipliers, &mut values) {
+        return Err(LinearizeError::NoDerivatives);
+    }
+    let by_q = DMatrix::from_row_slice(n, n, &values[..n * n]);
+    if by_q.iter().all(|x| x.is_finite()) { Ok(by_q) } else { Err(LinearizeError::NotFinite) }
 }
 
 /// The element that exceeds its allowed magnitude by the largest factor: its index, and the force.

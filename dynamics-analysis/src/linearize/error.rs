@@ -10,11 +10,11 @@ use dynamics_runtime::error::{SolveError, StateError};
 #[non_exhaustive]
 pub enum LinearizeError {
     /// The state is not one of the model.
-    #[error("{0}")]
-    State(StateError),
+    #[error(transparent)]
+    State(#[from] StateError),
     /// There are no accelerations or reactions at the state.
-    #[error("{0}")]
-    Solve(SolveError),
+    #[error(transparent)]
+    Solve(#[from] SolveError),
     /// The equations depend on an input that has no value.
     #[error("the equations depend on inputs, and `{input}` has no value; set it in the state")]
     InputNotSet {
@@ -151,15 +151,3 @@ fn singular_position(rank: &usize, rank_nearby: &Option<usize>, f: &mut fmt::For
 }
 
 dynamics_runtime::sentence_for_debugging!(LinearizeError);
-
-impl From<StateError> for LinearizeError {
-    fn from(error: StateError) -> Self {
-        Self::State(error)
-    }
-}
-
-impl From<SolveError> for LinearizeError {
-    fn from(error: SolveError) -> Self {
-        Self::Solve(error)
-    }
-}

@@ -46,7 +46,7 @@ use objective::{ParsedObjective, Term};
 
 use super::sensitivity::{DEFAULT_TOLERANCE, SensitivityRequest, SensitivityRunSetup};
 use super::sensitivity_error::SensitivityError;
-use super::variable::{Variable, VariableError};
+use super::variable::Variable;
 
 /// One number of a motion (the objective), before it and its gradient are computed.
 ///
@@ -176,15 +176,7 @@ impl<'m, M: Simulate + Parameters + Clone> Objective<'m, M> {
             let starts = (0..n).map(Variable::Position).chain((0..n).map(Variable::Velocity));
             return Ok(parameters.chain(starts).collect());
         }
-        let mut variables = Vec::new();
-        for name in &self.names {
-            let variable = Variable::of::<M>(name)?;
-            if variables.contains(&variable) {
-                return Err(VariableError::Twice { name: name.clone() }.into());
-            }
-            variables.push(variable);
-        }
-        Ok(variables)
+        Ok(Variable::all_of::<M>(&self.names)?)
     }
 }
 

@@ -39,7 +39,7 @@ use nalgebra::{DMatrix, DVector};
 use super::equations::{self, differences};
 use super::sensitivity_error::SensitivityError;
 use super::sweep::RunFailure;
-use super::variable::{Variable, VariableError};
+use super::variable::Variable;
 use crate::displacement::moved_along;
 use crate::linearize::scales;
 
@@ -134,14 +134,7 @@ impl<'m, M: Simulate + Parameters + Clone> Sensitivity<'m, M> {
     /// Unknown names; a motion that fails; forces that depend on reactions; jumps; a model without
     /// derivatives.
     pub fn run(self) -> Result<Sensitivities<'m, M>, SensitivityError> {
-        let mut variables = Vec::new();
-        for name in &self.names {
-            let variable = Variable::of::<M>(name)?;
-            if variables.contains(&variable) {
-                return Err(VariableError::Twice { name: name.clone() }.into());
-            }
-            variables.push(variable);
-        }
+        let variables = Variable::all_of::<M>(&self.names)?;
         if variables.is_empty() {
             return Err(SensitivityError::NoVariables);
         }

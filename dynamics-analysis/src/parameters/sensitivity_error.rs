@@ -14,8 +14,8 @@ use crate::{EquilibriumError, LinearizeError};
 #[non_exhaustive]
 pub enum SensitivityError {
     /// A name or a value.
-    #[error("{0}")]
-    Variable(VariableError),
+    #[error(transparent)]
+    Variable(#[from] VariableError),
     /// No parameter or start was named to differentiate by.
     #[error("nothing to differentiate by; name parameters or starts with `.by(..)`")]
     NoVariables,
@@ -147,11 +147,11 @@ pub enum SensitivityError {
         time: f64,
     },
     /// The state is no equilibrium.
-    #[error("{0}")]
-    Equilibrium(EquilibriumError),
+    #[error(transparent)]
+    Equilibrium(#[from] EquilibriumError),
     /// There are no small motions.
-    #[error("{0}")]
-    Linearize(LinearizeError),
+    #[error(transparent)]
+    Linearize(#[from] LinearizeError),
     /// The equilibrium has no derivative: nothing resists along some direction, as in a fold.
     #[error(
         "nothing resists along `{coordinate}` (stiffness {ratio:.1e} of the largest), so that the \
@@ -173,24 +173,6 @@ pub enum SensitivityError {
         /// The largest of those terms, relative to its neighbours.
         part: f64,
     },
-}
-
-impl From<VariableError> for SensitivityError {
-    fn from(error: VariableError) -> Self {
-        Self::Variable(error)
-    }
-}
-
-impl From<EquilibriumError> for SensitivityError {
-    fn from(error: EquilibriumError) -> Self {
-        Self::Equilibrium(error)
-    }
-}
-
-impl From<LinearizeError> for SensitivityError {
-    fn from(error: LinearizeError) -> Self {
-        Self::Linearize(error)
-    }
 }
 
 fn unknown_quantity(name: &str, nearest: &Option<String>, f: &mut fmt::Formatter<'_>) -> fmt::Result {

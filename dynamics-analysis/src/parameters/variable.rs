@@ -3,6 +3,7 @@
 use alloc::borrow::ToOwned;
 use alloc::format;
 use alloc::string::String;
+use alloc::vec::Vec;
 use core::fmt;
 
 use dynamics_runtime::model::{Dynamics, ModelState, Parameters, Quantity};
@@ -91,13 +92,25 @@ impl Variable {
             (Some(one), None) => Ok(one),
             (Some(_), Some(_)) => Err(VariableError::Ambiguous { name: name.to_owned() }),
             (None, _) => {
-                let rates: alloc::vec::Vec<String> =
-                    M::COORDINATES.iter().map(|q| rate_name(q.name)).collect();
+                let rates: Vec<String> = M::COORDINATES.iter().map(|q| rate_name(q.name)).collect();
                 let known = M::PARAMETERS.iter().chain(M::COORDINATES).map(|q| q.name);
                 let nearest = suggest(name, known.chain(rates.iter().map(String::as_str)));
                 Err(VariableError::Unknown { name: name.to_owned(), nearest })
             }
         }
+    }
+
+    /// The variables of several names, each once.
+    pub(super) fn all_of<M: Dynamics>(names: &[String]) -> Result<Vec<Self>, VariableError> {
+        let mut variables = Vec::new();
+        for name in names {
+            let variable = Self::of::<M>(name)?;
+            if variables.contains(&variable) {
+                return Err(VariableError::Twice { name: name.clone() });
+            }
+            variables.push(variable);
+        }
+        Ok(variables)
     }
 
     /// Its name.

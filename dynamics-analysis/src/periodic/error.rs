@@ -14,11 +14,11 @@ use crate::LinearizeError;
 #[non_exhaustive]
 pub enum PeriodicError {
     /// The start is not a state of the model.
-    #[error("{0}")]
-    State(StateError),
+    #[error(transparent)]
+    State(#[from] StateError),
     /// The parameters alone make the equations singular.
-    #[error("{0}")]
-    Solve(SolveError),
+    #[error(transparent)]
+    Solve(#[from] SolveError),
     /// There are no derivatives.
     #[error("{0}")]
     Derivatives(LinearizeError),
@@ -306,15 +306,3 @@ fn never_crossed(
 }
 
 dynamics_runtime::sentence_for_debugging!(PeriodicError);
-
-impl From<StateError> for PeriodicError {
-    fn from(error: StateError) -> Self {
-        Self::State(error)
-    }
-}
-
-impl From<SolveError> for PeriodicError {
-    fn from(error: SolveError) -> Self {
-        Self::Solve(error)
-    }
-}

@@ -27,8 +27,8 @@ pub enum SignalUnavailable {
 #[non_exhaustive]
 pub enum VibrationError {
     /// There is no linear model.
-    #[error("{0}")]
-    Linearize(LinearizeError),
+    #[error(transparent)]
+    Linearize(#[from] LinearizeError),
     /// Shapes of matrices do not fit each other.
     #[error(
         "the shapes {shapes:?} of the matrices do not fit each other; A is n x n, B n x W, C Y x n, D Y x W"
@@ -285,9 +285,3 @@ impl fmt::Display for List<'_> {
 }
 
 dynamics_runtime::sentence_for_debugging!(VibrationError);
-
-impl From<LinearizeError> for VibrationError {
-    fn from(error: LinearizeError) -> Self {
-        Self::Linearize(error)
-    }
-}

@@ -16,7 +16,8 @@
 const MAX_KINK_ATTEMPTS: u32 = 5;
 /// A step that ends at a kink before this part of the proposed step is premature, if no branch changes there
 /// after all. Beyond the border of stability an explicit step swings through branches, and its interpolant
-/// shows kinks that the motion does not meet.
+/// shows kinks that the motion does not meet (`steps_that_only_seem_to_pass_a_branch_do_not_creep` in
+/// `tests/slow/failures/when_methods_fail/stiffness.rs`).
 const PREMATURE_PART: f64 = 1e-2;
 /// After premature steps the next one is at most so many times as long as the last.
 const GROWTH_AFTER_PREMATURE: f64 = 10.0;

@@ -93,7 +93,7 @@ pub trait Scheme<V: Vector>: Clone {
     fn prepare_replay(&mut self, _step: &Step<V>, _part: f64) -> bool {
         false
     }
-    /// q̈ at the end of the step just tried. Methods with a stage there need not evaluate it again.
+    /// q̈ at the end of the step just tried: another evaluation, unless the last stage lies there.
     #[inline(always)]
     fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
         system.accelerations(end_t, &end.q, &end.u)
@@ -121,7 +121,7 @@ pub trait Scheme<V: Vector>: Clone {
     }
     /// Stage derivatives of the step just tried, in the order of evaluation.
     fn stages(&self) -> &[Phase<V>];
-    /// The vector whose norm `attempt` returned, unscaled; zero without estimate. Errors name its largest
+    /// The vector whose norm `attempt` returned, unscaled; zero without error estimate. Errors name its largest
     /// element.
     fn error_vector(&self) -> Phase<V> {
         Phase::zeros()
@@ -146,7 +146,7 @@ pub trait Scheme<V: Vector>: Clone {
         factor
     }
     /// Estimate |h λ| of the dominant eigenvalue from two stages at the end of the step; `None` where they
-    /// coincide, and for methods without a border of stability.
+    /// coincide, and for methods without a test for stiffness.
     fn stiffness(&self, _h: f64, _end: &StepNode<V>) -> Option<f64> {
         None
     }

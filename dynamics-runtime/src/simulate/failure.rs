@@ -24,8 +24,8 @@ use crate::simulate::options::formulation::Formulation;
 #[non_exhaustive]
 pub enum SimulationErrorKind {
     /// An option makes no sense; nothing was computed.
-    #[error("{0}")]
-    Option(OptionError),
+    #[error(transparent)]
+    Option(#[from] OptionError),
     /// The mass matrix has no inverse.
     #[error("{0}")]
     SingularMassMatrix(SingularMassMatrix),
@@ -409,12 +409,6 @@ impl SimulationErrorKind {
     #[inline(never)]
     pub(crate) fn copy(&self) -> Self {
         self.clone()
-    }
-}
-
-impl From<OptionError> for SimulationErrorKind {
-    fn from(error: OptionError) -> Self {
-        Self::Option(error)
     }
 }
 

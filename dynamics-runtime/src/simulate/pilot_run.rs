@@ -24,7 +24,7 @@ use crate::simulate::events::rules::Flow;
 use crate::simulate::failure::SimulationErrorKind as Kind;
 use crate::simulate::right_hand_side::RightHandSide;
 use crate::simulate::run::sinks::Sink;
-use crate::simulate::trajectory::record::{EventRecord, Record};
+use crate::simulate::trajectory::record::Record;
 use crate::wording::Rounded;
 
 /// Size of a motion, in its unit, above which the absolute tolerance is the given tolerance. Smaller motions
@@ -211,8 +211,4 @@ impl<M: Dynamics> Sink<M> for PilotRun<M> {
         let is_finished = self.steps_left == 0 || !self.sizes.has_small::<M>();
         Ok(if is_finished { Flow::Stop } else { Flow::Continue })
     }
-
-    fn end_segment(&mut self, _: Record<M>) {}
-
-    fn event(&mut self, _: EventRecord<M::State>) {}
 }

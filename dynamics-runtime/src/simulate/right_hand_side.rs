@@ -90,7 +90,30 @@ pub(crate) struct TrialSnapshot<'r, M: Constraints> {
     listener: Option<Listener<'r, M>>,
 }
 
-impl<'r, M: Constraints> RightHandSide<'r, '_, M> {
+impl<'r, 'm, M: Constraints> RightHandSide<'r, 'm, M> {
+    /// With the held inputs and the active set of a state.
+    pub(crate) fn new(
+        model: &'m M,
+        constants: &'r M::Constants,
+        law: Option<&'r InputLaw<'m, M>>,
+        state: &M::State,
+        stabilization: Stabilization<M>,
+    ) -> Self {
+        Self {
+            model,
+            constants,
+            law,
+            held_inputs: *state.inputs(),
+            active_set: state.active_set(),
+            evaluations: 0,
+            stabilization,
+            held_branches: Branches::FREE,
+            acceleration_branches: Branches::FREE,
+            series_memory: None,
+            listener: None,
+        }
+    }
+
     /// Takes the listener off and saves what trial steps would change.
     pub(crate) fn save_for_trials(&mut self) -> TrialSnapshot<'r, M> {
         TrialSnapshot {

@@ -46,6 +46,30 @@ pub enum Unary {
     Signum,
 }
 
+impl Unary {
+    /// Its name, which plain text and most languages share.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sin => "sin",
+            Self::Cos => "cos",
+            Self::Tan => "tan",
+            Self::Asin => "asin",
+            Self::Acos => "acos",
+            Self::Atan => "atan",
+            Self::Sinh => "sinh",
+            Self::Cosh => "cosh",
+            Self::Tanh => "tanh",
+            Self::Exp => "exp",
+            Self::Ln => "ln",
+            Self::Sqrt => "sqrt",
+            Self::Cbrt => "cbrt",
+            Self::Abs => "abs",
+            Self::Signum => "signum",
+        }
+    }
+}
+
 /// Functions of two arguments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Binary {

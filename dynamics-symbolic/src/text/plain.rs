@@ -3,7 +3,7 @@
 use crate::graph::{Binary, Comparison, Symbol, Unary};
 use crate::mechanics::Model;
 
-use super::target::{Level, Target, Text, comparison_sign, unary_name};
+use super::target::{Level, Target, Text, comparison_sign};
 
 /// Plain text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,7 +39,7 @@ impl Target for Plain {
         Text::atom(format!("{name}{}({})", "'".repeat(order.into()), argument.text))
     }
     fn unary(&self, f: Unary, a: &Text) -> Text {
-        Text::atom(format!("{}({})", unary_name(f), a.text))
+        Text::atom(format!("{}({})", f.name(), a.text))
     }
     fn binary(&self, f: Binary, a: &Text, b: &Text) -> Text {
         let name = match f {

@@ -160,27 +160,6 @@ pub(super) fn float(x: f64) -> String {
     if magnitude != 0.0 && !(1e-4..1e9).contains(&magnitude) { format!("{x:e}") } else { format!("{x}") }
 }
 
-/// The names that both plain text and most languages share.
-pub(super) fn unary_name(f: Unary) -> &'static str {
-    match f {
-        Unary::Sin => "sin",
-        Unary::Cos => "cos",
-        Unary::Tan => "tan",
-        Unary::Asin => "asin",
-        Unary::Acos => "acos",
-        Unary::Atan => "atan",
-        Unary::Sinh => "sinh",
-        Unary::Cosh => "cosh",
-        Unary::Tanh => "tanh",
-        Unary::Exp => "exp",
-        Unary::Ln => "ln",
-        Unary::Sqrt => "sqrt",
-        Unary::Cbrt => "cbrt",
-        Unary::Abs => "abs",
-        Unary::Signum => "signum",
-    }
-}
-
 /// Signs of comparisons.
 pub(super) fn comparison_sign(c: Comparison) -> &'static str {
     match c {

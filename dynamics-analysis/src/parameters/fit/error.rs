@@ -16,8 +16,8 @@ use super::{Fit, Fitted, Outlier};
 #[non_exhaustive]
 pub enum FitError {
     /// A name or a value.
-    #[error("{0}")]
-    Variable(VariableError),
+    #[error(transparent)]
+    Variable(#[from] VariableError),
     /// Nothing is to be found.
     #[error("nothing is to be found; name parameters or starts with `.find(..)`")]
     NothingToFind,
@@ -145,8 +145,8 @@ pub enum FitError {
         noise: bool,
     },
     /// The motion or its sensitivities do not exist.
-    #[error("{0}")]
-    Motion(SensitivityError),
+    #[error(transparent)]
+    Motion(#[from] SensitivityError),
     /// The motion or its sensitivities do not exist at the first values of the search.
     #[error(fmt = first_values)]
     FirstValues {
@@ -191,18 +191,6 @@ pub enum FitError {
     /// The cores cannot be had.
     #[error("the threads cannot be started ({0})")]
     Threads(String),
-}
-
-impl From<VariableError> for FitError {
-    fn from(error: VariableError) -> Self {
-        Self::Variable(error)
-    }
-}
-
-impl From<SensitivityError> for FitError {
-    fn from(error: SensitivityError) -> Self {
-        Self::Motion(error)
-    }
 }
 
 fn nothing_found(name: &str, first: &f64, so_far: &Fit, f: &mut fmt::Formatter<'_>) -> fmt::Result {

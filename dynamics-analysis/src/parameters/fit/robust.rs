@@ -54,13 +54,8 @@ impl Loss {
     fn weight(self, x: f64) -> f64 {
         match self {
             Self::Squares => 1.0,
-            Self::Huber(k) => {
-                if x.abs() <= k {
-                    1.0
-                } else {
-                    k / x.abs()
-                }
-            }
+            Self::Huber(k) if x.abs() <= k => 1.0,
+            Self::Huber(k) => k / x.abs(),
             Self::Cauchy(c) => 1.0 / (1.0 + (x / c).powi(2)),
         }
     }
@@ -69,13 +64,8 @@ impl Loss {
     fn slope(self, x: f64) -> f64 {
         match self {
             Self::Squares => 1.0,
-            Self::Huber(k) => {
-                if x.abs() <= k {
-                    1.0
-                } else {
-                    0.0
-                }
-            }
+            Self::Huber(k) if x.abs() <= k => 1.0,
+            Self::Huber(_) => 0.0,
             Self::Cauchy(c) => {
                 let square = (x / c).powi(2);
                 (1.0 - square) / (1.0 + square).powi(2)

@@ -61,8 +61,8 @@ impl From<StateError> for RunFailure {
 #[non_exhaustive]
 pub enum SweepError {
     /// A name or a value.
-    #[error("{0}")]
-    Variable(VariableError),
+    #[error(transparent)]
+    Variable(#[from] VariableError),
     /// Nothing varies.
     #[error("nothing varies; add an axis with `.over(name, values)`")]
     NoAxis,
@@ -78,12 +78,6 @@ pub enum SweepError {
     /// The cores cannot be had.
     #[error("the threads cannot be started ({0}); ask for fewer with `.threads(..)`")]
     Threads(String),
-}
-
-impl From<VariableError> for SweepError {
-    fn from(error: VariableError) -> Self {
-        Self::Variable(error)
-    }
 }
 
 dynamics_runtime::sentence_for_debugging!(SweepError);

@@ -131,26 +131,6 @@ fn literal(number: Number) -> String {
     }
 }
 
-pub(super) fn unary_name(function: Unary) -> &'static str {
-    match function {
-        Unary::Sin => "sin",
-        Unary::Cos => "cos",
-        Unary::Tan => "tan",
-        Unary::Asin => "asin",
-        Unary::Acos => "acos",
-        Unary::Atan => "atan",
-        Unary::Sinh => "sinh",
-        Unary::Cosh => "cosh",
-        Unary::Tanh => "tanh",
-        Unary::Exp => "exp",
-        Unary::Ln => "ln",
-        Unary::Sqrt => "sqrt",
-        Unary::Cbrt => "cbrt",
-        Unary::Abs => "abs",
-        Unary::Signum => "signum",
-    }
-}
-
 pub(super) fn binary_name(function: Binary) -> &'static str {
     match function {
         Binary::Atan2 => "atan2",
@@ -185,12 +165,12 @@ impl Printer<'_> {
             Node::Neg(a) => format!("-{}", v(a)),
             Node::Unary(Unary::Sqrt, a) if self.access.lanes => format!("{}.sqrt()", v(a)),
             Node::Unary(function, a) if self.access.lanes => {
-                format!("{}.map(__math::{})", v(a), unary_name(function))
+                format!("{}.map(__math::{})", v(a), function.name())
             }
             Node::Binary(function, a, b) if self.access.lanes => {
                 format!("{}.zip({},__math::{})", v(a), v(b), binary_name(function))
             }
-            Node::Unary(function, a) => format!("__math::{}({})", unary_name(function), v(a)),
+            Node::Unary(function, a) => format!("__math::{}({})", function.name(), v(a)),
             Node::Binary(function, a, b) => format!("__math::{}({},{})", binary_name(function), v(a), v(b)),
             Node::Select { comparison, left, right, then, otherwise } => {
                 let comparison = match comparison {

@@ -13,7 +13,7 @@ use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
 
 use super::super::local;
-use super::operand::{binary_name, unary_name};
+use super::operand::binary_name;
 use super::{Access, Body, Printed, defined, parsed, read};
 
 /// One entry of a table.
@@ -176,7 +176,7 @@ fn kind(access: &Access<'_>, step: &Step) -> Option<String> {
         Node::Mul(..) => "Mul",
         Node::Div(..) => "Div",
         Node::Neg(_) => "Neg",
-        Node::Unary(function, _) => unary_name(function),
+        Node::Unary(function, _) => function.name(),
         Node::Binary(function, ..) => binary_name(function),
         Node::Select { comparison: Comparison::Less, .. } => "Less",
         Node::Select { comparison: Comparison::LessEqual, .. } => "LessEqual",

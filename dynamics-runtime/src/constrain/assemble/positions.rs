@@ -25,7 +25,8 @@ const MIN_DAMPING: f64 = 1e-4;
 /// any length, and an angle that turns several times on its way has lost its branch.
 const MAX_STEP_RATIO: f64 = 0.25;
 /// Number of other guesses from which a closer approach is searched after the user's guess failed, and most
-/// steps from each. The search only improves the error message.
+/// steps from each. The search only improves the error message (`the_miss_is_that_of_the_closest_approach` in
+/// `dynamics-runtime/tests/assembly.rs`).
 const RESTARTS: usize = 12;
 const MAX_RESTART_DESCENTS: usize = 60;
 /// Part of the gap by which the approach from another guess must be closer to replace the first.

@@ -9,6 +9,8 @@
 //! * The path from the frictionless reactions λ_f on which friction grows from s = 0 to 1: G_s(λ) = 0,
 //!   G_s = λ − (1 − s) λ_f − s (λ₀ + S Q(λ)) (E. L. Allgower & K. Georg, *Numerical Continuation Methods*,
 //!   1990, §2).
+//!
+//! `tests/slow/contact/friction/laws.rs` has laws that need the fixed point, and laws that need the path.
 
 use super::sign_patterns::pattern_count;
 use super::{FrictionProblem, FrictionSolutions, SAME_TOLERANCE};

@@ -10,7 +10,7 @@
 //! * **Source**: Hairer, Nørsett, Wanner, *Solving ODE I*, 2nd ed., §II.5, §II.6, §II.10; code `dop853.f`.
 
 use crate::integrate::explicit::dop853_table::*;
-use crate::integrate::explicit::tableau::{stages, stiffness, sum, sum_by, unrolled_stages};
+use crate::integrate::explicit::tableau::{embedded_method, stages, stiffness, sum, sum_by, unrolled_stages};
 use crate::integrate::phase::{scaled, zip};
 use crate::integrate::{ControllerSettings, Method, Nested, Phase, Scheme, StepNode, System, Tolerances};
 use crate::math;
@@ -21,7 +21,7 @@ use crate::model::Vector;
 pub struct Dop853<V> {
     k: [Phase<V>; 16],
     /// The state of the twelfth stage, at the end of the step.
-    twelfth: Phase<V>,
+    last: Phase<V>,
     h: f64,
 }
 
@@ -64,10 +64,7 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
     const EVENT_PANELS: usize = 8;
     const DEFECT_SAMPLES: &'static [f64] = &[0.6, 0.92];
     type Dense = Nested<V, 8>;
-
-    fn new() -> Self {
-        Self { k: [Phase::zeros(); 16], twelfth: Phase::zeros(), h: 0.0 }
-    }
+    embedded_method!(V, rows ROWS, 12 stages of 16, E5, [D4, D5, D6, D7]);
 
     #[inline(always)]
     fn attempt<S: System<V>>(
@@ -81,52 +78,10 @@ impl<V: Vector> Scheme<V> for Dop853<V> {
         self.h = h;
         let k = &mut self.k;
         k[0] = start.derivative();
-        self.twelfth = unrolled_stages!(system, (t, y, h), C, k, [
+        self.last = unrolled_stages!(system, (t, y, h), C, k, [
             1: A1, 2: A2, 3: A3, 4: A4, 5: A5, 6: A6, 7: A7, 8: A8,
             9: A9, 10: A10, 11: A11
         ]);
         Ok(self.end_and_error(y, tolerances))
-    }
-
-    fn replay_attempt<S: System<V>>(
-        &mut self,
-        system: &mut S,
-        start: &StepNode<V>,
-        h: f64,
-        tolerances: &Tolerances,
-    ) -> Result<(Phase<V>, f64), S::Error> {
-        let StepNode { t, y, .. } = start;
-        self.h = h;
-        self.k[0] = start.derivative();
-        self.twelfth = stages(system, (*t, y, h), (&ROWS[..11], &C, 1), &mut self.k)?;
-        Ok(self.end_and_error(y, tolerances))
-    }
-
-    fn dense<S: System<V>>(
-        &mut self,
-        system: &mut S,
-        start: &StepNode<V>,
-        end: &StepNode<V>,
-        h: f64,
-    ) -> Result<Nested<V, 8>, S::Error> {
-        let StepNode { t, y, .. } = start;
-        let k = &mut self.k;
-        k[12] = end.derivative();
-        stages(system, (*t, y, h), (&ROWS[11..], &C, 13), k)?;
-        let [change, bend, twist] = Nested::<V, 8>::ends(start, end, h);
-        let higher = |row: &[(usize, f64)]| scaled(h, &sum_by(row, k));
-        Ok(Nested([*y, change, bend, twist, higher(&D4), higher(&D5), higher(&D6), higher(&D7)]))
-    }
-
-    fn stages(&self) -> &[Phase<V>] {
-        &self.k[..12]
-    }
-
-    fn error_vector(&self) -> Phase<V> {
-        scaled(self.h, &sum(&E5, &self.k))
-    }
-
-    fn stiffness(&self, h: f64, end: &StepNode<V>) -> Option<f64> {
-        stiffness(h, (&end.y, &end.a), (&self.twelfth, &self.k[11].u))
     }
 }

@@ -12,7 +12,9 @@
 //! * **Source**: Dormand, Prince, J. Comp. Appl. Math. 6 (1980) 19; Shampine, Math. Comp. 46 (1986) 135;
 //!   coefficients as in Hairer, Nørsett, Wanner, *Solving ODE I*, table II.5.2 and §II.6.
 
-use crate::integrate::explicit::tableau::{TableauRow, stiffness, sum, unrolled_stages};
+use crate::integrate::explicit::tableau::{
+    TableauRow, embedded_method, stages, stiffness, sum, sum_by, unrolled_stages,
+};
 use crate::integrate::phase::scaled;
 use crate::integrate::{ControllerSettings, Method, Nested, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
@@ -57,7 +59,7 @@ const D: TableauRow<6> = [
 pub struct DormandPrince5<V> {
     k: [Phase<V>; 7],
     /// The state of the sixth stage, at the end of the step like the seventh.
-    sixth: Phase<V>,
+    last: Phase<V>,
     h: f64,
 }
 
@@ -75,56 +77,7 @@ impl<V: Vector> Scheme<V> for DormandPrince5<V> {
     const EVENT_PANELS: usize = 4;
     const DEFECT_SAMPLES: &'static [f64] = &[0.25, 0.75];
     type Dense = Nested<V, 5>;
-
-    fn new() -> Self {
-        Self { k: [Phase::zeros(); 7], sixth: Phase::zeros(), h: 0.0 }
-    }
-
-    #[inline(always)]
-    fn attempt<S: System<V>>(
-        &mut self,
-        system: &mut S,
-        start: &StepNode<V>,
-        h: f64,
-        tolerances: &Tolerances,
-    ) -> Result<(Phase<V>, f64), S::Error> {
-        let StepNode { t, y, .. } = start;
-        self.h = h;
-        let k = &mut self.k;
-        k[0] = start.derivative();
-        self.sixth = unrolled_stages!(system, (t, y, h), C, k, [1: A2, 2: A3, 3: A4, 4: A5, 5: A6]);
-        let end = unrolled_stages!(system, (t, y, h), C, k, [6: B]);
-        let error = h.abs() * tolerances.norm(&sum(&E, k), y, &end);
-        Ok((end, error))
-    }
-
-    #[inline(always)]
-    fn finish<S: System<V>>(&mut self, _: &mut S, _: f64, _: &Phase<V>) -> Result<V, S::Error> {
-        Ok(self.k[6].u)
-    }
-
-    fn dense<S: System<V>>(
-        &mut self,
-        _: &mut S,
-        start: &StepNode<V>,
-        end: &StepNode<V>,
-        h: f64,
-    ) -> Result<Nested<V, 5>, S::Error> {
-        let [change, bend, twist] = Nested::<V, 5>::ends(start, end, h);
-        Ok(Nested([start.y, change, bend, twist, scaled(h, &sum(&D, &self.k))]))
-    }
-
-    fn stages(&self) -> &[Phase<V>] {
-        &self.k
-    }
-
-    fn error_vector(&self) -> Phase<V> {
-        scaled(self.h, &sum(&E, &self.k))
-    }
-
-    fn stiffness(&self, h: f64, end: &StepNode<V>) -> Option<f64> {
-        stiffness(h, (&end.y, &end.a), (&self.sixth, &self.k[5].u))
-    }
+    embedded_method!(V, first_same_as_last);
 }
 
 #[cfg(test)]

@@ -96,6 +96,131 @@ pub(crate) fn stages<V: Vector, S: System<V>>(
     Ok(at)
 }
 
+/// Items of [`Scheme`](crate::integrate::Scheme) that explicit methods with an embedded result share. Their
+/// types have the fields `k` (derivatives of the stages), `last` (state of the last stage before the result)
+/// and `h`.
+///
+/// * `first_same_as_last`: seven stages by the rows C, A2 to A6 and B of the method's table. The seventh is
+///   the end of the step and the first stage of the next. E has the weights of the error, D those of dense
+///   output.
+/// * `rows`: the rows of the stages, then of those for dense output. The stage between them is the end of the
+///   step and has no row. The method has a function `end_and_error`.
+macro_rules! embedded_method {
+    ($vector:ident, first_same_as_last) => {
+        embedded_method!(@common $vector, 7, 7, 5, E);
+
+        #[inline(always)]
+        fn attempt<S: System<$vector>>(
+            &mut self,
+            system: &mut S,
+            start: &StepNode<$vector>,
+            h: f64,
+            tolerances: &Tolerances,
+        ) -> Result<(Phase<$vector>, f64), S::Error> {
+            let StepNode { t, y, .. } = start;
+            self.h = h;
+            let k = &mut self.k;
+            k[0] = start.derivative();
+            self.last = unrolled_stages!(system, (t, y, h), C, k, [1: A2, 2: A3, 3: A4, 4: A5, 5: A6]);
+            let end = unrolled_stages!(system, (t, y, h), C, k, [6: B]);
+            let error = h.abs() * tolerances.norm(&sum(&E, k), y, &end);
+            Ok((end, error))
+        }
+
+        fn replay_attempt<S: System<$vector>>(
+            &mut self,
+            system: &mut S,
+            start: &StepNode<$vector>,
+            h: f64,
+            tolerances: &Tolerances,
+        ) -> Result<(Phase<$vector>, f64), S::Error> {
+            let StepNode { t, y, .. } = start;
+            self.h = h;
+            self.k[0] = start.derivative();
+            let k = &mut self.k;
+            self.last = stages(system, (*t, y, h), (&[&A2, &A3, &A4, &A5, &A6], &C, 1), k)?;
+            let end = stages(system, (*t, y, h), (&[&B], &C, 6), k)?;
+            let error = h.abs() * tolerances.norm(&sum_by(&E, k), y, &end);
+            Ok((end, error))
+        }
+
+        #[inline(always)]
+        fn finish<S: System<$vector>>(
+            &mut self,
+            _: &mut S,
+            _: f64,
+            _: &Phase<$vector>,
+        ) -> Result<$vector, S::Error> {
+            Ok(self.k[6].u)
+        }
+
+        fn dense<S: System<$vector>>(
+            &mut self,
+            _: &mut S,
+            start: &StepNode<$vector>,
+            end: &StepNode<$vector>,
+            h: f64,
+        ) -> Result<Self::Dense, S::Error> {
+            let [change, bend, twist] = <Self::Dense>::ends(start, end, h);
+            Ok(Nested([start.y, change, bend, twist, scaled(h, &sum_by(&D, &self.k))]))
+        }
+    };
+    (
+        $vector:ident, rows $rows:ident, $stages:literal stages of $kept:literal, $error:ident,
+        [$($dense:ident),+]
+    ) => {
+        embedded_method!(@common $vector, $kept, $stages, $stages - 1, $error);
+
+        fn replay_attempt<S: System<$vector>>(
+            &mut self,
+            system: &mut S,
+            start: &StepNode<$vector>,
+            h: f64,
+            tolerances: &Tolerances,
+        ) -> Result<(Phase<$vector>, f64), S::Error> {
+            let StepNode { t, y, .. } = start;
+            self.h = h;
+            self.k[0] = start.derivative();
+            self.last = stages(system, (*t, y, h), (&$rows[..$stages - 1], &C, 1), &mut self.k)?;
+            Ok(self.end_and_error(y, tolerances))
+        }
+
+        fn dense<S: System<$vector>>(
+            &mut self,
+            system: &mut S,
+            start: &StepNode<$vector>,
+            end: &StepNode<$vector>,
+            h: f64,
+        ) -> Result<Self::Dense, S::Error> {
+            let StepNode { t, y, .. } = start;
+            let k = &mut self.k;
+            k[$stages] = end.derivative();
+            stages(system, (*t, y, h), (&$rows[$stages - 1..], &C, $stages + 1), k)?;
+            let [change, bend, twist] = <Self::Dense>::ends(start, end, h);
+            let higher = |row: &[(usize, f64)]| scaled(h, &sum_by(row, k));
+            Ok(Nested([*y, change, bend, twist, $(higher(&$dense)),+]))
+        }
+    };
+    (@common $vector:ident, $kept:expr, $stages:expr, $last:expr, $error:ident) => {
+        fn new() -> Self {
+            Self { k: [Phase::zeros(); $kept], last: Phase::zeros(), h: 0.0 }
+        }
+
+        fn stages(&self) -> &[Phase<$vector>] {
+            &self.k[..$stages]
+        }
+
+        fn error_vector(&self) -> Phase<$vector> {
+            scaled(self.h, &sum(&$error, &self.k))
+        }
+
+        fn stiffness(&self, h: f64, end: &StepNode<$vector>) -> Option<f64> {
+            stiffness(h, (&end.y, &end.a), (&self.last, &self.k[$last].u))
+        }
+    };
+}
+pub(super) use embedded_method;
+
 /// |h λ| of the dominant eigenvalue λ, from two nearby states (y, q̈) at the same time; `None` where they
 /// coincide.
 ///

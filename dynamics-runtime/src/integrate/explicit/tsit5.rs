@@ -13,7 +13,9 @@
 //! * **Source**: Tsitouras, Comput. Math. Appl. 62 (2011) 770; coefficients from its multi-precision values,
 //!   rounded to the nearest `f64`.
 
-use crate::integrate::explicit::tableau::{TableauRow, stages, stiffness, sum, sum_by, unrolled_stages};
+use crate::integrate::explicit::tableau::{
+    TableauRow, embedded_method, stages, stiffness, sum, sum_by, unrolled_stages,
+};
 use crate::integrate::phase::scaled;
 use crate::integrate::{ControllerSettings, Method, Nested, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
@@ -66,7 +68,7 @@ const D: TableauRow<7> = [
 pub struct Tsit5<V> {
     k: [Phase<V>; 7],
     /// The state of the sixth stage, at the end of the step like the seventh.
-    sixth: Phase<V>,
+    last: Phase<V>,
     h: f64,
 }
 
@@ -82,73 +84,7 @@ impl<V: Vector> Scheme<V> for Tsit5<V> {
     const EVENT_PANELS: usize = 4;
     const DEFECT_SAMPLES: &'static [f64] = &[0.25, 0.75];
     type Dense = Nested<V, 5>;
-
-    fn new() -> Self {
-        Self { k: [Phase::zeros(); 7], sixth: Phase::zeros(), h: 0.0 }
-    }
-
-    #[inline(always)]
-    fn attempt<S: System<V>>(
-        &mut self,
-        system: &mut S,
-        start: &StepNode<V>,
-        h: f64,
-        tolerances: &Tolerances,
-    ) -> Result<(Phase<V>, f64), S::Error> {
-        let StepNode { t, y, .. } = start;
-        self.h = h;
-        let k = &mut self.k;
-        k[0] = start.derivative();
-        self.sixth = unrolled_stages!(system, (t, y, h), C, k, [1: A2, 2: A3, 3: A4, 4: A5, 5: A6]);
-        let end = unrolled_stages!(system, (t, y, h), C, k, [6: B]);
-        let error = h.abs() * tolerances.norm(&sum(&E, k), y, &end);
-        Ok((end, error))
-    }
-
-    fn replay_attempt<S: System<V>>(
-        &mut self,
-        system: &mut S,
-        start: &StepNode<V>,
-        h: f64,
-        tolerances: &Tolerances,
-    ) -> Result<(Phase<V>, f64), S::Error> {
-        let StepNode { t, y, .. } = start;
-        self.h = h;
-        self.k[0] = start.derivative();
-        let k = &mut self.k;
-        self.sixth = stages(system, (*t, y, h), (&[&A2, &A3, &A4, &A5, &A6], &C, 1), k)?;
-        let end = stages(system, (*t, y, h), (&[&B], &C, 6), k)?;
-        let error = h.abs() * tolerances.norm(&sum_by(&E, k), y, &end);
-        Ok((end, error))
-    }
-
-    #[inline(always)]
-    fn finish<S: System<V>>(&mut self, _: &mut S, _: f64, _: &Phase<V>) -> Result<V, S::Error> {
-        Ok(self.k[6].u)
-    }
-
-    fn dense<S: System<V>>(
-        &mut self,
-        _: &mut S,
-        start: &StepNode<V>,
-        end: &StepNode<V>,
-        h: f64,
-    ) -> Result<Nested<V, 5>, S::Error> {
-        let [change, bend, twist] = Nested::<V, 5>::ends(start, end, h);
-        Ok(Nested([start.y, change, bend, twist, scaled(h, &sum_by(&D, &self.k))]))
-    }
-
-    fn stages(&self) -> &[Phase<V>] {
-        &self.k
-    }
-
-    fn error_vector(&self) -> Phase<V> {
-        scaled(self.h, &sum(&E, &self.k))
-    }
-
-    fn stiffness(&self, h: f64, end: &StepNode<V>) -> Option<f64> {
-        stiffness(h, (&end.y, &end.a), (&self.sixth, &self.k[5].u))
-    }
+    embedded_method!(V, first_same_as_last);
 }
 
 #[cfg(test)]

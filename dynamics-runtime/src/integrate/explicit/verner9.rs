@@ -11,7 +11,9 @@
 //! * **Cost**: 16 evaluations of q̈ per step, 20 with dense output.
 //! * **Source**: Verner, Numer. Algorithms 53 (2010) 383, and the tables of coefficients that accompany it.
 
-use crate::integrate::explicit::tableau::{advance, stages, stiffness, sum, sum_by, unrolled_stages};
+use crate::integrate::explicit::tableau::{
+    advance, embedded_method, stages, stiffness, sum, sum_by, unrolled_stages,
+};
 use crate::integrate::explicit::verner9_table::*;
 use crate::integrate::phase::scaled;
 use crate::integrate::{ControllerSettings, Method, Nested, Phase, Scheme, StepNode, System, Tolerances};
@@ -22,7 +24,7 @@ use crate::model::Vector;
 pub struct Verner9<V> {
     k: [Phase<V>; 21],
     /// The state of the sixteenth stage, at the end of the step.
-    sixteenth: Phase<V>,
+    last: Phase<V>,
     h: f64,
 }
 
@@ -55,10 +57,7 @@ impl<V: Vector> Scheme<V> for Verner9<V> {
     const EVENT_PANELS: usize = 8;
     const DEFECT_SAMPLES: &'static [f64] = &[0.2, 0.6];
     type Dense = Nested<V, 9>;
-
-    fn new() -> Self {
-        Self { k: [Phase::zeros(); 21], sixteenth: Phase::zeros(), h: 0.0 }
-    }
+    embedded_method!(V, rows ROWS, 16 stages of 21, E, [D4, D5, D6, D7, D8]);
 
     #[inline(always)]
     fn attempt<S: System<V>>(
@@ -72,52 +71,10 @@ impl<V: Vector> Scheme<V> for Verner9<V> {
         self.h = h;
         let k = &mut self.k;
         k[0] = start.derivative();
-        self.sixteenth = unrolled_stages!(system, (t, y, h), C, k, [
+        self.last = unrolled_stages!(system, (t, y, h), C, k, [
             1: A1, 2: A2, 3: A3, 4: A4, 5: A5, 6: A6, 7: A7, 8: A8,
             9: A9, 10: A10, 11: A11, 12: A12, 13: A13, 14: A14, 15: A15
         ]);
         Ok(self.end_and_error(y, tolerances))
-    }
-
-    fn replay_attempt<S: System<V>>(
-        &mut self,
-        system: &mut S,
-        start: &StepNode<V>,
-        h: f64,
-        tolerances: &Tolerances,
-    ) -> Result<(Phase<V>, f64), S::Error> {
-        let StepNode { t, y, .. } = start;
-        self.h = h;
-        self.k[0] = start.derivative();
-        self.sixteenth = stages(system, (*t, y, h), (&ROWS[..15], &C, 1), &mut self.k)?;
-        Ok(self.end_and_error(y, tolerances))
-    }
-
-    fn dense<S: System<V>>(
-        &mut self,
-        system: &mut S,
-        start: &StepNode<V>,
-        end: &StepNode<V>,
-        h: f64,
-    ) -> Result<Nested<V, 9>, S::Error> {
-        let StepNode { t, y, .. } = start;
-        let k = &mut self.k;
-        k[16] = end.derivative();
-        stages(system, (*t, y, h), (&ROWS[15..], &C, 17), k)?;
-        let [change, bend, twist] = Nested::<V, 9>::ends(start, end, h);
-        let higher = |row: &[(usize, f64)]| scaled(h, &sum_by(row, k));
-        Ok(Nested([*y, change, bend, twist, higher(&D4), higher(&D5), higher(&D6), higher(&D7), higher(&D8)]))
-    }
-
-    fn stages(&self) -> &[Phase<V>] {
-        &self.k[..16]
-    }
-
-    fn error_vector(&self) -> Phase<V> {
-        scaled(self.h, &sum(&E, &self.k))
-    }
-
-    fn stiffness(&self, h: f64, end: &StepNode<V>) -> Option<f64> {
-        stiffness(h, (&end.y, &end.a), (&self.sixteenth, &self.k[15].u))
     }
 }

@@ -18,7 +18,8 @@ use crate::simulate::failure::SimulationErrorKind as Kind;
 const LOOK_AHEAD: (f64, f64) = (1e-12, 1e-2);
 /// Jumps are searched up to this time: stiff, smooth accelerations change sign in longer times.
 const JUMP_HORIZON: f64 = 1e-8;
-/// Factors by which the way back across the jump may take longer than the way there.
+/// Factors by which the way back across the jump may take longer than the way there. The rod of
+/// `tests/slow/failures/outcomes/friction.rs` needs more than the first.
 const RETURN_TIME_FACTORS: [f64; 5] = [1.0, 4.0, 16.0, 64.0, 256.0];
 /// Accelerations return where they differ by at most this part of the jump from those before it.
 const RETURNED_SHARE: f64 = 0.1;

@@ -20,11 +20,11 @@ pub(crate) trait Sink<M: Model> {
         dense: &mut dyn FnMut(f64) -> Result<M::State, Kind>,
     ) -> Result<Flow, Kind>;
     /// The motion ends at this record, or continues from another state.
-    fn end_segment(&mut self, at: Record<M>);
+    fn end_segment(&mut self, _at: Record<M>) {}
     /// Records and events from this time on, in the direction of the motion, are not part of the motion.
     fn truncate(&mut self, _to: f64) {}
     /// An event happened in the last step.
-    fn event(&mut self, event: EventRecord<M::State>);
+    fn event(&mut self, _event: EventRecord<M::State>) {}
     /// The times of all records that were kept.
     fn times(&self) -> Vec<f64> {
         Vec::new()
@@ -105,6 +105,4 @@ impl<M: Model> Sink<M> for ObserverSink<'_, M> {
     fn end_segment(&mut self, at: Record<M>) {
         self.last = Some(at);
     }
-
-    fn event(&mut self, _: EventRecord<M::State>) {}
 }

@@ -14,7 +14,7 @@ use crate::constrain::solve_general;
 use crate::error::{SingularMassMatrix, SolveError};
 use crate::integrate::StepOptions;
 use crate::integrate::choice::Radau5;
-use crate::model::{Branches, ModelState, SimulationModel, StaticTraits, Vector};
+use crate::model::{ModelState, SimulationModel, StaticTraits, Vector};
 use crate::progress::Progress;
 use crate::simulate::diagnosis;
 use crate::simulate::erased_method::SharedMethod;
@@ -280,19 +280,7 @@ impl<'r, 'm, M: SimulationModel> RunSetup<'r, 'm, M> {
             workspace,
         );
         stabilization.contacts.clone_from(&self.contacts);
-        RightHandSide {
-            model,
-            constants: self.constants,
-            law: self.law,
-            held_inputs: *start.inputs(),
-            active_set: start.active_set(),
-            evaluations: 0,
-            held_branches: Branches::FREE,
-            acceleration_branches: Branches::FREE,
-            series_memory: None,
-            listener: None,
-            stabilization,
-        }
+        RightHandSide::new(model, self.constants, self.law, start, stabilization)
     }
 
     /// A run without events, without progress bar and without change of method.

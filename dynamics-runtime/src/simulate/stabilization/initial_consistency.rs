@@ -94,20 +94,10 @@ impl<M: Constraints> Stabilization<M> {
 }
 
 /// Why a state is not consistent with the constraints.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum ConsistencyError {
-    State(StateError),
-    Solve(SolveError),
-}
-
-impl From<StateError> for ConsistencyError {
-    fn from(error: StateError) -> Self {
-        Self::State(error)
-    }
-}
-
-impl From<SolveError> for ConsistencyError {
-    fn from(error: SolveError) -> Self {
-        Self::Solve(error)
-    }
+    #[error(transparent)]
+    State(#[from] StateError),
+    #[error(transparent)]
+    Solve(#[from] SolveError),
 }

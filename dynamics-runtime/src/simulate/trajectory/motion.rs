@@ -12,7 +12,7 @@ use dynamics_view::suggest;
 use crate::constrain;
 use crate::integrate::{Accelerations as _, Dense as _, Hermite, Method, Phase, Step, StepNode};
 use crate::linalg::max_abs;
-use crate::model::{Branches, Model, ModelState, SimulationModel, StaticTraits, Vector};
+use crate::model::{Model, ModelState, SimulationModel, StaticTraits, Vector};
 use crate::simulate::erased_method::{Interpolant, StepReplay};
 use crate::simulate::failure::MotionError;
 use crate::simulate::options::formulation::Formulation;
@@ -322,19 +322,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         let Record { state, mean_sensitivity, correction_time, .. } = &self.trajectory.records[index];
         let mut stabilization = self.stabilization(*mean_sensitivity, workspace);
         stabilization.replay_correction_time(*correction_time);
-        RightHandSide {
-            model: self.model,
-            constants: &self.constants,
-            law: self.law.as_ref(),
-            held_inputs: *state.inputs(),
-            active_set: state.active_set(),
-            evaluations: 0,
-            held_branches: Branches::FREE,
-            acceleration_branches: Branches::FREE,
-            series_memory: None,
-            listener: None,
-            stabilization,
-        }
+        RightHandSide::new(self.model, &self.constants, self.law.as_ref(), state, stabilization)
     }
 
     fn stabilization(&self, mean_sensitivity: Option<f64>, workspace: Vec<f64>) -> Stabilization<M> {

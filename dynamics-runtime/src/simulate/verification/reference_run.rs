@@ -84,8 +84,6 @@ impl<M: Model> Sink<M> for ReferenceSink<M> {
         Ok(Flow::Continue)
     }
 
-    fn end_segment(&mut self, _: Record<M>) {}
-
     fn event(&mut self, event: EventRecord<M::State>) {
         self.events.push(event);
     }
