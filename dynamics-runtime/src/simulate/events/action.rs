@@ -251,11 +251,20 @@ impl<'c, M: SimulationModel> EventAction<'c, M> {
         self.apply(|change| {
             let index = position_of::<M>(constraint);
             let rates = change.model.velocity_residual(change.state);
-            let is_back =
-                rates[constraint.first] > 0.0 && change.stabilization.rests_after_hidden_hop(index, &rates);
+            let is_back = rates[constraint.first] > 0.0
+                && (change.is_unresolved(constraint) && change.stabilization.rests_unresolved(index, &rates)
+                    || change.stabilization.rests_after_hidden_hop(index, &rates));
             change
                 .apply_impact(constraint, if is_back { ImpactKind::Capture } else { ImpactKind::ContactLaw })
         });
+    }
+
+    /// Whether a contact moves away no faster than the tolerance resolves velocities.
+    fn is_unresolved(&mut self, constraint: &Constraint) -> bool {
+        let steps = self.steps.filter(|steps| steps.fixed.is_none());
+        let part = steps.map_or(CONSISTENT, |steps| steps.tolerances.relative);
+        self.stabilization.slip_velocity(self.model, self.state, constraint).abs()
+            <= part * self.stabilization.velocity_size(self.model, self.state, constraint)
     }
 
     /// Whether the slip of a released constraint of one row jumps here from this side to the other, as the

@@ -94,6 +94,18 @@ impl<M: Constraints> Stabilization<M> {
         rests
     }
 
+    /// Whether a contact whose rebound is below the resolution of velocities comes to rest: always, unless a
+    /// rest speed was given, which alone decides.
+    pub(crate) fn rests_unresolved(&mut self, constraint: usize, rates: &M::Rows) -> bool {
+        let has_given_speed =
+            |contact: &ContactHistory| contact.constraint == constraint && contact.law.rest_speed.is_some();
+        if self.contacts.iter().any(has_given_speed) {
+            return false;
+        }
+        self.counts.note_rest(rates[M::CONSTRAINTS[constraint].first]);
+        true
+    }
+
     fn is_below_rest(&self, constraint: usize, rates: &M::Rows, part: f64) -> bool {
         let rate = rates[M::CONSTRAINTS[constraint].first];
         let contact = self.contacts.iter().find(|contact| contact.constraint == constraint);
