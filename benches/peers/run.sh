@@ -25,8 +25,7 @@ skip() { echo "$1 passed over: $2" >&2; }
 # Installs a package of Python.
 pip_install() { "$python" -m pip install --quiet --disable-pip-version-check "$1"; }
 
-# Whether Python has these packages. They are installed one by one, so that one that is missing for this
-# platform does not prevent the others.
+# Whether Python has these packages, which are installed if possible. Stops at the first that is missing.
 have() {
     if [ ! -x "$python" ]; then
         if [ -n "${PEERS_PYTHON:-}" ] || ! python3 -m venv "$work/venv" 2>/dev/null; then

@@ -256,7 +256,7 @@ impl<M: Simulate> fmt::Debug for FirstOrder<'_, M> {
 #[non_exhaustive]
 pub enum AdapterError {
     /// A parameter is not finite, or no body has such a mass or inertia.
-    #[error("{0}")]
+    #[error(transparent)]
     Parameter(StateError),
     /// The parameters alone make the mass matrix singular.
     #[error(transparent)]

@@ -188,8 +188,8 @@ pub fn solve<M: Constraints>(
     }
 }
 
-/// [`solve`] with its own workspace. Small ones are on the stack, large ones are allocated where the crate has
-/// `alloc`. The generated code needs none.
+/// [`solve`] with its own workspace. Small ones are on the stack, large ones are allocated where the crate
+/// has `alloc`. The generated code needs none.
 ///
 /// # Errors
 /// As [`solve`].

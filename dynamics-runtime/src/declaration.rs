@@ -36,8 +36,8 @@ impl Quantity {
 
     /// Whether it is an angle, declared or inferred in rad.
     #[must_use]
-    pub fn is_angle(&self) -> bool {
-        self.dimension == UnitDimension::Angle
+    pub const fn is_angle(&self) -> bool {
+        matches!(self.dimension, UnitDimension::Angle)
     }
 }
 

@@ -134,8 +134,8 @@ pub trait Dynamics: Model {
 
     /// The generalized speeds of `#[speeds(..)]` in order, arrays flattened; each is an output as well.
     const SPEEDS: &'static [Quantity] = &[];
-    /// The number of elements of each declared speed in order, 1 or the length of its array. Empty where
-    /// there are no arrays: each speed is then declared by itself.
+    /// The number of elements of each declared speed in order, 1 or the length of its array. Their sum is the
+    /// number of [`Dynamics::SPEEDS`]. It may be empty if no speed is an array.
     const SPEED_LENGTHS: &'static [usize] = &[];
     /// The generalized speeds w = Y(q,t) q̇ + y(q,t) at a state, written to `values` in the order of
     /// [`Dynamics::SPEEDS`].

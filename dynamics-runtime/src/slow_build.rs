@@ -6,28 +6,25 @@
 
 /// Measures the time until it is dropped, and prints the note if that was long.
 pub struct SlowBuildNote {
-    #[cfg(unoptimized)]
-    begun: std::time::Instant,
+    /// Nothing in a build with optimisation.
+    begun: Option<std::time::Instant>,
 }
 
 impl SlowBuildNote {
     /// Starts the measurement.
     #[must_use]
     pub fn start() -> Self {
-        Self {
-            #[cfg(unoptimized)]
-            begun: std::time::Instant::now(),
-        }
+        Self { begun: cfg!(unoptimized).then(std::time::Instant::now) }
     }
 }
 
-#[cfg(unoptimized)]
 impl Drop for SlowBuildNote {
     fn drop(&mut self) {
         /// Shorter times need no explanation.
         const MIN_TIME: std::time::Duration = std::time::Duration::from_secs(5);
         static ONCE: std::sync::Once = std::sync::Once::new();
-        let took = self.begun.elapsed();
+        let Some(begun) = self.begun else { return };
+        let took = begun.elapsed();
         if took > MIN_TIME && std::env::var_os("DYNAMICS_QUIET").is_none() {
             ONCE.call_once(|| {
                 eprintln!(

@@ -18,7 +18,7 @@ pub enum EquilibriumError {
     #[error(transparent)]
     Solve(#[from] SolveError),
     /// There are no derivatives.
-    #[error("{0}")]
+    #[error(transparent)]
     Derivatives(LinearizeError),
     /// Forces depend on an input that has no value.
     #[error("forces depend on inputs, and `{input}` has no value; set it in the start")]

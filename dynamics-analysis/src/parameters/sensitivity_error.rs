@@ -43,7 +43,7 @@ pub enum SensitivityError {
         name: &'static str,
     },
     /// The motion failed.
-    #[error("{0}")]
+    #[error(transparent)]
     Motion(RunFailure),
     /// A time lies outside the motion.
     #[error("t = {time} lies outside the motion, which goes from {start} to {end}")]

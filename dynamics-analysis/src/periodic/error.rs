@@ -20,7 +20,7 @@ pub enum PeriodicError {
     #[error(transparent)]
     Solve(#[from] SolveError),
     /// There are no derivatives.
-    #[error("{0}")]
+    #[error(transparent)]
     Derivatives(LinearizeError),
     /// An option has an invalid value.
     #[error("{what} is {value}; it has to be {needed}")]
@@ -232,7 +232,7 @@ pub enum PeriodicError {
         found: Vec<Vec<f64>>,
     },
     /// The eigenvalues of a matrix could not be computed.
-    #[error("{0}")]
+    #[error(transparent)]
     Eigenvalues(LinearizeError),
 }
 

@@ -1,8 +1,9 @@
-//! What quantities measure. The macros know it from the units that the model declares, and code that depends
-//! on a unit reads it here: units are texts for readers.
+//! What quantities measure. The macros take it from the units that the model declares. Whether a quantity is
+//! an angle, a length or an inertia is read here, never from the text of its unit.
 
 /// What a quantity measures: the dimension of its unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum UnitDimension {
     /// Not known, a number, not mechanical (an electric current), or with exponents that are no integers.
     Other,
@@ -10,11 +11,11 @@ pub enum UnitDimension {
     Angle,
     /// lengthˡ · massᵐ · timeᵗ.
     Mechanical {
-        /// l.
+        /// The exponent of length.
         length: i8,
-        /// m.
+        /// The exponent of mass.
         mass: i8,
-        /// t.
+        /// The exponent of time.
         time: i8,
     },
 }

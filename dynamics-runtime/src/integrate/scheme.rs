@@ -93,7 +93,8 @@ pub trait Scheme<V: Vector>: Clone {
     fn prepare_replay(&mut self, _step: &Step<V>, _part: f64) -> bool {
         false
     }
-    /// q̈ at the end of the step just tried: another evaluation, unless the last stage lies there.
+    /// q̈ at the end of the step just tried. By default this evaluates the accelerations once more. Methods
+    /// whose last stage lies at the end return its derivative.
     #[inline(always)]
     fn finish<S: System<V>>(&mut self, system: &mut S, end_t: f64, end: &Phase<V>) -> Result<V, S::Error> {
         system.accelerations(end_t, &end.q, &end.u)
@@ -121,8 +122,9 @@ pub trait Scheme<V: Vector>: Clone {
     }
     /// Stage derivatives of the step just tried, in the order of evaluation.
     fn stages(&self) -> &[Phase<V>];
-    /// The vector whose norm `attempt` returned, unscaled; zero without error estimate. Errors name its largest
-    /// element.
+    /// The vector whose norm `attempt` returned, unscaled. Messages name the coordinate of its largest
+    /// element. Every method whose `attempt` returns an estimate gives it; the default is for methods
+    /// without one.
     fn error_vector(&self) -> Phase<V> {
         Phase::zeros()
     }

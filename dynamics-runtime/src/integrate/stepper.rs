@@ -10,7 +10,7 @@
 
 use crate::integrate::discontinuity::DiscontinuityHandling;
 use crate::integrate::step::{Step, StepError, StepFlags, StepOptions};
-use crate::integrate::stepper::first_step::first_step;
+use crate::integrate::stepper::first_step::{first_step, start_accelerations};
 use crate::integrate::{BranchHold, Controller, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 
@@ -588,18 +588,4 @@ fn not_finite_coordinate<V: Vector>(stages: &[Phase<V>]) -> usize {
         let last = &stages[stages.len() - 1];
         (0..V::LEN).max_by(|&i, &j| last.u[i].abs().total_cmp(&last.u[j].abs())).unwrap_or(0)
     })
-}
-
-/// The accelerations at a start, with all branches released.
-fn start_accelerations<V: Vector, Y: System<V>>(
-    system: &mut Y,
-    t: f64,
-    y: &Phase<V>,
-) -> Result<V, StepError<Y::Error>> {
-    system.release_branches();
-    let a = system.accelerations(t, &y.q, &y.u).map_err(StepError::Evaluation)?;
-    match a.as_slice().iter().position(|x| !x.is_finite()) {
-        Some(coordinate) => Err(StepError::NotFinite { coordinate, h: 0.0 }),
-        None => Ok(a),
-    }
 }

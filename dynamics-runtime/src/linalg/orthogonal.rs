@@ -191,8 +191,8 @@ impl<'w> Orthogonal<'w> {
 
     /// The y (k numbers, in the rotated frame: x = Q (y, ·)) that fits A x = b best; `b` (r numbers) becomes
     /// what is left over, b − A x. `w`: a workspace of r numbers. Where rows are declared redundant, the
-    /// chosen rows are fulfilled exactly: off the constraint manifold the others differ from the rows that they
-    /// repeat, and a weighting would change from one state to the next, like a force that is not smooth.
+    /// chosen rows are fulfilled exactly: off the constraint manifold the others differ from the rows that
+    /// they repeat, and a weighting would change from one state to the next, like a force that is not smooth.
     pub(crate) fn fit(&self, b: &mut [f64], y: &mut [f64], w: &mut [f64]) {
         let (r, k) = (self.r, self.rank);
         for (p, w) in w.iter_mut().enumerate() {

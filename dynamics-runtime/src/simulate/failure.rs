@@ -27,10 +27,10 @@ pub enum SimulationErrorKind {
     #[error(transparent)]
     Option(#[from] OptionError),
     /// The mass matrix has no inverse.
-    #[error("{0}")]
+    #[error(transparent)]
     SingularMassMatrix(SingularMassMatrix),
     /// Constraints and forces have no common solution.
-    #[error("{0}")]
+    #[error(transparent)]
     Solve(SolveError),
     /// An acceleration is infinite or not a number, however short the step.
     #[error(

@@ -1,10 +1,10 @@
 //! Random whole models, compiled and run.
 //!
 //! ```sh
-//! cargo run --manifest-path tests/random_models/Cargo.toml -- --from 0 --models 1000
-//! cargo run --manifest-path tests/random_models/Cargo.toml -- --from 1000000 --models 300
-//! cargo run --manifest-path tests/random_models/Cargo.toml -- --case 17
-//! cargo run --manifest-path tests/random_models/Cargo.toml -- --sizes 80 --size 34
+//! cargo run --target-dir target --manifest-path tests/random_models/Cargo.toml -- --models 1000
+//! cargo run --target-dir target --manifest-path tests/random_models/Cargo.toml -- --from 1000000 --models 300
+//! cargo run --target-dir target --manifest-path tests/random_models/Cargo.toml -- --case 17
+//! cargo run --target-dir target --manifest-path tests/random_models/Cargo.toml -- --sizes 80 --size 34
 //! ```
 //!
 //! A case is a number; the same number is the same model on every machine. From 1000000 on they are of

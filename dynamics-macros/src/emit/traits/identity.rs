@@ -46,10 +46,10 @@ fn dimension(private: &TokenStream, unit: &str) -> TokenStream {
     let parsed = Unit::parse(unit).ok().flatten();
     match parsed.and_then(|parsed| parsed.dimension.mechanical_exponents()) {
         Some(_) if unit == "rad" => quote!(#kind::Angle),
+        Some([0, 0, 0]) | None => quote!(#kind::Other),
         Some([length, mass, time]) => {
             quote!(#kind::Mechanical { length: #length, mass: #mass, time: #time })
         }
-        None => quote!(#kind::Other),
     }
 }
 
@@ -172,4 +172,21 @@ fn places(surface: &Surface) -> Vec<TokenStream> {
 
 fn element_name(name: &str, index: Option<usize>) -> String {
     index.map_or_else(|| name.to_owned(), |i| format!("{name}[{i}]"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{TokenStream, dimension, quote};
+
+    #[test]
+    fn dimensions_of_units() {
+        let of = |unit| dimension(&TokenStream::new(), unit).to_string();
+        let kind = |variant: TokenStream| quote!(::UnitDimension::#variant).to_string();
+        assert_eq!(of("rad"), kind(quote!(Angle)));
+        assert_eq!(of("kg*m^2"), kind(quote!(Mechanical { length: 2i8, mass: 1i8, time: 0i8 })));
+        assert_eq!(of("m/s^2"), kind(quote!(Mechanical { length: 1i8, mass: 0i8, time: -2i8 })));
+        for unit in ["", "1", "m/m", "rad^2", "V", "m^(1/2)"] {
+            assert_eq!(of(unit), kind(quote!(Other)), "{unit}");
+        }
+    }
 }

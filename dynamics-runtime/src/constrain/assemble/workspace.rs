@@ -45,10 +45,7 @@ pub(in crate::constrain) const fn workspace_len(n: usize, r: usize) -> usize {
 
 impl<'w> AssemblyWorkspace<'w> {
     pub(super) fn new(workspace: &'w mut [f64], n: usize, r: usize) -> Self {
-        assert!(
-            workspace.len() >= self::workspace_len(n, r),
-            "the workspace is shorter than `workspace_len`"
-        );
+        assert!(workspace.len() >= workspace_len(n, r), "the workspace is shorter than `workspace_len`");
         let mut rest = workspace;
         let mut take = |len: usize| {
             let (head, tail) = core::mem::take(&mut rest).split_at_mut(len);

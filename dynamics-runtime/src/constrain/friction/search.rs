@@ -41,14 +41,14 @@ const MIN_NEWTON_PIVOT: f64 = 1e-14;
 
 impl<M: Constraints> FrictionProblem<'_, '_, M> {
     /// Newton's method from a start; the solution, and whether det(I − S ∂Q/∂λ) is negative there.
-    pub(super) fn newton(&mut self, mut lambda: M::Rows, lu_memory: &mut [f64]) -> Option<(M::Rows, bool)> {
+    pub(super) fn newton(&mut self, mut lambda: M::Rows, workspace: &mut [f64]) -> Option<(M::Rows, bool)> {
         let k = self.k;
         for _ in 0..MAX_NEWTON_STEPS {
             self.evaluate(&lambda, None);
             let (largest_reaction, rounding_of_reactions) =
                 (self.largest_reaction(&lambda), self.rounding_of_reactions());
             let residual = max_abs(&self.right[..k]);
-            let lu = Lu::new(&mut self.matrix[..k * k], k, &mut WorkspaceSlices::new(lu_memory));
+            let lu = Lu::new(&mut self.matrix[..k * k], k, &mut WorkspaceSlices::new(workspace));
             let negative = lu.negative;
             if residual <= rounding_of_reactions.max(1e-13 * largest_reaction) {
                 return Some((lambda, negative));
@@ -76,23 +76,23 @@ impl<M: Constraints> FrictionProblem<'_, '_, M> {
         &mut self,
         frictionless_reactions: &M::Rows,
         found: &mut FrictionSolutions<M::Rows>,
-        lu_memory: &mut [f64],
+        workspace: &mut [f64],
     ) {
         let attempts = 1 + pattern_count(self.k) + RELAXATION.len() as u64 + 1;
         for attempt in 0..attempts {
             let end = match attempt {
-                0 => self.damped(*frictionless_reactions, None, lu_memory),
+                0 => self.damped(*frictionless_reactions, None, workspace),
                 attempt if attempt <= pattern_count(self.k) => {
                     let start = self.start(frictionless_reactions, attempt - 1);
-                    self.damped(start, None, lu_memory)
+                    self.damped(start, None, workspace)
                 }
                 attempt if attempt + 1 < attempts => self.fixed_point(
                     *frictionless_reactions,
                     RELAXATION[(attempt - 1 - pattern_count(self.k)) as usize],
                 ),
-                _ => self.continue_in_strength(frictionless_reactions, lu_memory),
+                _ => self.continue_in_strength(frictionless_reactions, workspace),
             };
-            let solution = end.and_then(|end| self.newton(end, lu_memory));
+            let solution = end.and_then(|end| self.newton(end, workspace));
             self.record_solution(found, solution);
             if found.count > 1 || found.is_one() {
                 return;
@@ -106,7 +106,7 @@ impl<M: Constraints> FrictionProblem<'_, '_, M> {
         &mut self,
         mut lambda: M::Rows,
         strength: Option<(f64, &M::Rows)>,
-        lu_memory: &mut [f64],
+        workspace: &mut [f64],
     ) -> Option<M::Rows> {
         let k = self.k;
         let mut residual = self.evaluate(&lambda, strength)?;
@@ -114,7 +114,7 @@ impl<M: Constraints> FrictionProblem<'_, '_, M> {
             if residual <= FULL_STEP_RESIDUAL * self.largest_reaction(&lambda) {
                 return Some(lambda);
             }
-            let lu = Lu::new(&mut self.matrix[..k * k], k, &mut WorkspaceSlices::new(lu_memory));
+            let lu = Lu::new(&mut self.matrix[..k * k], k, &mut WorkspaceSlices::new(workspace));
             if lu.least > MIN_NEWTON_PIVOT {
                 lu.solve(&self.right[..k], &mut self.step[..k]);
             } else {
@@ -152,12 +152,12 @@ impl<M: Constraints> FrictionProblem<'_, '_, M> {
     fn continue_in_strength(
         &mut self,
         frictionless_reactions: &M::Rows,
-        lu_memory: &mut [f64],
+        workspace: &mut [f64],
     ) -> Option<M::Rows> {
         let (mut lambda, mut strength, mut by) = (*frictionless_reactions, 0.0, STRENGTH_STEP.0);
         while strength < 1.0 {
             let next = f64::min(strength + by, 1.0);
-            match self.damped(lambda, Some((next, frictionless_reactions)), lu_memory) {
+            match self.damped(lambda, Some((next, frictionless_reactions)), workspace) {
                 Some(trial) => (lambda, strength, by) = (trial, next, 2.0 * by),
                 None if by <= STRENGTH_STEP.1 => return None,
                 None => by *= 0.5,

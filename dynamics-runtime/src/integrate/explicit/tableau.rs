@@ -98,13 +98,15 @@ pub(crate) fn stages<V: Vector, S: System<V>>(
 
 /// Items of [`Scheme`](crate::integrate::Scheme) that explicit methods with an embedded result share. Their
 /// types have the fields `k` (derivatives of the stages), `last` (state of the last stage before the result)
-/// and `h`.
+/// and `h`. Their modules have the nodes of the stages as `C`.
 ///
 /// * `first_same_as_last`: seven stages by the rows C, A2 to A6 and B of the method's table. The seventh is
 ///   the end of the step and the first stage of the next. E has the weights of the error, D those of dense
 ///   output.
-/// * `rows`: the rows of the stages, then of those for dense output. The stage between them is the end of the
-///   step and has no row. The method has a function `end_and_error`.
+/// * `rows ROWS, s stages of k, E, [D, ..]`: s stages make the step; k derivatives are kept, those for dense
+///   output included. ROWS has the rows of the stages, then of those for dense output. The stage between them
+///   is the end of the step and has no row. E has the weights of the error. D are the weights of the
+///   interpolant's coefficients from the fourth on. The method has a function `end_and_error`.
 macro_rules! embedded_method {
     ($vector:ident, first_same_as_last) => {
         embedded_method!(@common $vector, 7, 7, 5, E);

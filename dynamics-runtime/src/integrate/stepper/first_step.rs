@@ -1,4 +1,4 @@
-//! The first step size, from the problem itself.
+//! The accelerations at a start, and the first step size, from the problem itself.
 //!
 //! An explicit Euler step of a hundredth of the scale of the solution estimates the second derivative; the
 //! step is then the one whose local error of order p would be one hundredth of the tolerance.
@@ -13,6 +13,7 @@
 //! size", steps a to f, and the function `hinit` of the code `dopri5.f`.
 
 use crate::integrate::phase::zip;
+use crate::integrate::step::StepError;
 use crate::integrate::{Phase, StepNode, System, Tolerances};
 use crate::math;
 use crate::model::Vector;
@@ -24,12 +25,13 @@ const MAX_STEP_RATIO: f64 = 100.0;
 const EULER_STEP_SHARE: f64 = 0.01;
 /// Local error that the first step aims at, in permitted errors: step e of the source.
 const FIRST_ERROR: f64 = 0.01;
-/// Norms of the state and of its derivative below this give no scale. As small as the bound of `hinit`, which
-/// compares the squares of norms with it.
+/// Norms of the state and of its derivative below this give no scale. The source and `hinit` have 10⁻⁵ for
+/// norms, which is 10⁻¹⁰ for their squares.
 const ZERO_NORM: f64 = 1e-10;
 /// A step where nothing gives a scale, in the model's unit of time: steps b and e of the source.
 const STEP_WITHOUT_SCALE: f64 = 1e-6;
-/// Derivatives up to this, in permitted errors per unit of time, count as zero: step e of the source.
+/// Derivatives up to this, in permitted errors per unit of time (squared for the
+/// second), count as zero: step e of the source.
 const ZERO_CURVATURE: f64 = 1e-15;
 /// The step where derivatives are zero, in parts of the Euler step: step e of the source. It is short, since
 /// a force may act only later.
@@ -103,6 +105,20 @@ fn characteristic_step<V: Vector>(
     let time = (q / u).min(math::sqrt(q / a)).min(a * h / change);
     let step = time * math::powf(FIRST_ERROR / q, 1.0 / f64::from(order + 1));
     if step.is_finite() { step } else { 0.0 }
+}
+
+/// The accelerations at a start, with all branches released.
+pub(super) fn start_accelerations<V: Vector, Y: System<V>>(
+    system: &mut Y,
+    t: f64,
+    y: &Phase<V>,
+) -> Result<V, StepError<Y::Error>> {
+    system.release_branches();
+    let a = system.accelerations(t, &y.q, &y.u).map_err(StepError::Evaluation)?;
+    match a.as_slice().iter().position(|x| !x.is_finite()) {
+        Some(coordinate) => Err(StepError::NotFinite { coordinate, h: 0.0 }),
+        None => Ok(a),
+    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Steps that are cut short, taken back or rejected after they were made, and restarts from another state.
 
-use crate::integrate::stepper::{Step, StepError, Stepper, Trial, start_accelerations};
+use crate::integrate::stepper::first_step::start_accelerations;
+use crate::integrate::stepper::{Step, StepError, Stepper, Trial};
 use crate::integrate::{Controller, Phase, Scheme, StepNode, System};
 use crate::model::Vector;
 

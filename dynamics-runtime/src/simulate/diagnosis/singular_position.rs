@@ -2,15 +2,15 @@
 //!
 //! What a run does there:
 //!
-//! * The start is there: it has the accelerations of the branch of its velocities
+//! * If the motion starts there, it gets the accelerations of the branch of its velocities
 //!   (`stabilization/singular_start.rs`).
-//! * A stage is there: it has their limit along the branch (`Stabilization::branch_limit`).
-//! * A step is near: it is repeated with projected stages, or to end elsewhere
+//! * If a stage of a step lies there, it gets their limit along the branch (`Stabilization::branch_limit`).
+//! * If a step passes near it, the step is repeated with projected stages, or with another end
 //!   (`integrate/stepper/singularity_crossing.rs`).
 //! * Monitors end the motion (`run/monitors/`) where drift would choose the branch (`constraint_drift.rs`),
 //!   where its branch is lost among branches that touch (`branch_identification.rs`), and where steps hardly
 //!   advance (`singular_stall.rs`).
-//! * A run has ended early: [`explain`] attributes the failure to the position, with rows and coordinates.
+//! * If a run ends early, [`explain`] attributes the failure to the position, with rows and coordinates.
 //!
 //! Where branches cross, the weak direction y of the constraints and the direction x of the motion fulfil y
 //! (y − k x) = c to second order, with c = 0 on the manifold. States that have drifted have c ≠ 0. The

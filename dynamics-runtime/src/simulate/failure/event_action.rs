@@ -25,8 +25,8 @@ pub enum EventActionError {
     },
     /// A constraint is to engage at a place where it does not hold.
     #[error(
-        "`{row}` is to engage where its residual is {residual:e}; engage it where it crosses zero, or move the \
-         state there first"
+        "`{row}` is to engage where its residual is {residual:e}; engage it where it crosses zero, or move \
+         the state there first"
     )]
     EngagedApart {
         /// Its row that is missed most.
@@ -47,9 +47,9 @@ pub enum EventActionError {
     },
     /// A constraint that pushes only is to be hit while Φ grows: it moves away.
     #[error(
-        "`{row}` is to be hit while it grows, by {rate:e} per unit of time: a released constraint pushes only, \
-         to where it is positive; hit it where it falls, write it with the opposite sign, or stop it with \
-         `engage`"
+        "`{row}` is to be hit while it grows, by {rate:e} per unit of time: a released constraint pushes \
+         only, to where it is positive; hit it where it falls, write it with the opposite sign, or stop it \
+         with `engage`"
     )]
     ImpactAway {
         /// Its row.
@@ -72,9 +72,9 @@ pub enum EventActionError {
     },
     /// A contact without a corner is met far below its ground.
     #[error(
-        "the gap of contact `{row}` is {residual:.3e} already where it is seen to be met: what happens within \
-         the steps before is not resolved; tighten the tolerance, or make steps shorter, by `.max_step(..)` or \
-         `.fixed_step(..)`"
+        "the gap of contact `{row}` is {residual:.3e} already where it is seen to be met: what happens \
+         within the steps before is not resolved; tighten the tolerance, or make steps shorter, by \
+         `.max_step(..)` or `.fixed_step(..)`"
     )]
     ContactMissed {
         /// Its row.

@@ -37,7 +37,7 @@ pub enum MotionError {
         suggestion: Option<String>,
     },
     /// Accelerations or reactions do not exist there.
-    #[error("{0}")]
+    #[error(transparent)]
     Solve(SolveError),
 }
 

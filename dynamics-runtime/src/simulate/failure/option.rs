@@ -123,7 +123,7 @@ pub enum OptionError {
         why: AssumptionViolation,
     },
     /// A contact or sticking constraint cannot be what was asked for.
-    #[error("{0}")]
+    #[error(transparent)]
     Constraint(Box<EventActionError>),
     /// A number of a contact's law is not admissible.
     #[error("`.contact(\"{constraint}\", ..)` with {option} {value} is not possible; give {admissible}")]

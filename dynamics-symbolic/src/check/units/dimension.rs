@@ -60,7 +60,7 @@ impl Dimension {
         Self([x(e[0]), x(e[1]), x(e[2]), x(e[3]), x(e[4]), x(e[5]), x(e[6])])
     }
 
-    /// The exponents of length, mass and time; `None` where one is no integer or is beyond all reason, or
+    /// The exponents of length, mass and time; `None` where one is no integer or does not fit an `i8`, or
     /// where another base has an exponent.
     #[must_use]
     pub fn mechanical_exponents(&self) -> Option<[i8; 3]> {
