@@ -1,5 +1,5 @@
-//! Packages outside of the workspace repeat its levels of optimisation: only then do they find crates that it
-//! compiled in a shared target folder.
+//! Packages outside of the workspace repeat its levels of optimisation. Only then do they find, in a shared
+//! target folder, the crates of others that it compiled.
 
 use std::fs;
 use std::path::Path;
@@ -21,7 +21,7 @@ fn random_models_have_the_levels_of_the_workspace() {
     let texts =
         ["Cargo.toml", "tests/random_models/Cargo.toml", "tests/random_models/src/batch.rs"].map(read);
     let [workspace, package, models] = texts.each_ref().map(|text| levels(text));
-    assert!(package.len() >= 2 && models.len() >= 6, "{package:?}, {models:?}");
+    assert!(package.len() >= 2 && models.len() >= 3, "{package:?}, {models:?}");
     for line in package.iter().chain(&models) {
         assert!(workspace.contains(line), "the workspace has not `{line}`");
     }

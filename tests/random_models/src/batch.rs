@@ -106,16 +106,14 @@ struct Compiled {
     output: Vec<String>,
 }
 
-/// The workspace's profile: packages find its crates compiled in the target folder.
+/// The workspace's levels: packages find crates of others compiled in the target folder. What the models run
+/// is short, and compiled for speed of compiling.
 const PROFILE: &str = "[profile.dev]
 debug = \"line-tables-only\"
 incremental = false
 [profile.dev.build-override]
 opt-level = 1
 [profile.dev.package]
-dynamics-runtime.opt-level = 2
-dynamics-analysis.opt-level = 2
-dynamics-vocabulary.opt-level = 2
 nalgebra.opt-level = 2
 dynamics-symbolic.opt-level = 1
 syn.opt-level = 0
@@ -262,8 +260,8 @@ impl<'a> Batch<'a> {
         let profile = format!("{PROFILE}{kind}.debug = 0\n");
         let manifest = |name: &str, rest: &str| {
             format!(
-                "[package]\nname = \"{name}\"\nversion = \"0.0.0\"\nedition \
-                 = \"2024\"\n{rest}\n[dependencies]\ndynamics = {{ path = \"{library}\" }}\n"
+                "[package]\nname = \"{name}\"\nversion = \"0.0.0\"\nedition = \"2024\"\n{rest}\n[dependencies]\n\
+                 dynamics = {{ path = \"{library}\", default-features = false, features = [\"std\"] }}\n"
             )
         };
         let write = |path: PathBuf, text: String| {
