@@ -1,7 +1,7 @@
 //! Equations with constraints against hand results, numeric derivatives and numeric linear algebra.
 
 use crate::common::mechanisms::{Mechanism, andrews, cartesian_chain, four_bar, slider_crank};
-use crate::common::{self, Builder, Values};
+use crate::common::{Builder, Values};
 use dynamics_symbolic::compile::{Programs, compile};
 use dynamics_symbolic::graph::{NodeId, Number, Origin, Symbol};
 use dynamics_symbolic::mechanics::{
