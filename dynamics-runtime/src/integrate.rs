@@ -9,19 +9,20 @@
 //! | file | what it does |
 //! |---|---|
 //! | `system` | the traits of a system: accelerations, projection, discontinuities, momenta, series |
-//! | `scheme`, `method`, `choice` | the trait of a method; the methods by name; their options and the models that they suit |
+//! | `scheme`, `method`, `choice` | the trait of a method; methods by name, and the models they suit |
 //! | `step`, `phase` | options, tolerances and errors of steps; states, nodes and their arithmetic |
 //! | `stepper` | the loop of attempts: accepts, repeats or rejects a step |
 //! | `stepper/first_step` | the size of the first step |
-//! | `stepper/switching`, `discontinuity` | steps that end where the accelerations are not smooth |
-//! | `explicit/`, `implicit/`, `geometric/`, `gragg_bulirsch_stoer`, `taylor` | the methods: an attempt, its error, its interpolant |
-//! | `compensated_summation`, `differences` | for methods: sums without rounding errors; Jacobians by differences |
+//! | `stepper/switching`, `discontinuity` | steps that end where q̈ is not smooth |
+//! | `explicit/`, `implicit/`, `geometric/` | the methods: an attempt, its error, its interpolant |
+//! | `gragg_bulirsch_stoer`, `taylor` | likewise: extrapolation, Taylor series |
+//! | `compensated_summation`, `differences` | sums without rounding errors; Jacobians by differences |
 //! | `stepper/singularity_crossing` | steps across positions where constraints nearly lose rank |
 //! | `controller` | the size of the next step from the error of the last ones |
 //! | `dense` | interpolants by the ends of a step, and their trait |
 //! | `events/` | zero crossings of functions along an interpolant |
 //! | `stepper/truncation` | steps that are cut short at events or taken back; restarts |
-//! | `stepper/replay`, `stepper/defect_control` | recorded steps made again, and the accuracy of their interpolants |
+//! | `stepper/replay`, `stepper/defect_control` | recorded steps made again; accuracy of interpolants |
 //!
 //! Extrapolation and Taylor series are one method each, and so have no folder of their own.
 //!
@@ -34,16 +35,19 @@
 //! | [`Dop853`] | 8 | 7 | 12 (+ 3 for dense output) | embedded 5th and 3rd order |
 //! | [`Tsit5`] | 5 | 4 | 6 (+ 1 reused) | embedded 4th order |
 //! | [`Verner9`] | 9 | 8 | 16 (+ 4 for dense output) | embedded 8th order |
-//! | [`GraggBulirschStoer`] | 14 | 11 | 13 of four states side by side and 1 (+ 14 of four for dense output) | six columns of seven, 12th order |
-//! | [`Radau5`] | 5 | 3 (u), 4 (q) | implicit: 3 per Newton iteration, 1 or 2 more | filtered, 3rd order |
-//! | [`Esdirk4`] | 4 | quintic Hermite, 4 | implicit: 5 per round of Newton iterations | filtered, 3rd order |
+//! | [`GraggBulirschStoer`] | 14 | 11 | 13 × 4 + 1 (+ 14 × 4 for dense output) | six columns, 12th order |
+//! | [`Radau5`] | 5 | 3 (u), 4 (q) | 3 per Newton iteration, 1 or 2 more | filtered, 3rd order |
+//! | [`Esdirk4`] | 4 | quintic Hermite, 4 | 5 per round of Newton iterations | filtered, 3rd order |
 //! | [`SemiImplicitEuler`] | 1 | quintic Hermite, 1 | 1 | none: fixed step |
 //! | [`StormerVerlet`], [`Rattle`] | 2 | quintic Hermite, 2 | 1 | none: fixed step; symplectic |
-//! | [`Composition4`], [`Composition6`], [`Composition8`] | 4, 6, 8 | quintic Hermite, 4 | 5, 9, 17 | none: fixed step; symplectic |
-//! | [`Gauss4`], [`Gauss6`] | 4, 6 | quintic Hermite, 4 | implicit: 2, 3 per iteration, 1 more | none: fixed step; symplectic |
-//! | [`GeneralizedAlpha`] | 2 | quintic Hermite, 2 | implicit: 1 per iteration, 1 more with constraints | parabola through q̈, 3rd order |
-//! | [`EnergyMidpoint`] | 2 | quintic Hermite, 2 | implicit: 1 per iteration, 1 more | none: fixed step; keeps energy |
+//! | [`Composition4`], to [`Composition8`] | 4, 6, 8 | quintic, 4 | 5, 9, 17 | none: fixed; symplectic |
+//! | [`Gauss4`], [`Gauss6`] | 4, 6 | quintic, 4 | 2, 3 per iteration, 1 more | none: fixed; symplectic |
+//! | [`GeneralizedAlpha`] | 2 | quintic Hermite, 2 | 1 per iteration (+ 1) | parabola through q̈, 3rd order |
+//! | [`EnergyMidpoint`] | 2 | quintic Hermite, 2 | 1 per iteration, 1 more | none: fixed step; keeps energy |
 //! | [`Taylor`] | by tolerance, to 30 | the same | 1, and a series | last two terms |
+//!
+//! Implicit methods evaluate in each of their iterations. 13 × 4 are thirteen groups of four states that are
+//! evaluated side by side. (+ 1) is needed only with constraints.
 //!
 //! The second-order structure is used where it is free: the velocity part of every stage derivative *is* the
 //! stage velocity, so only accelerations are evaluated.

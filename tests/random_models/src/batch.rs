@@ -260,8 +260,8 @@ impl<'a> Batch<'a> {
         let profile = format!("{PROFILE}{kind}.debug = 0\n");
         let manifest = |name: &str, rest: &str| {
             format!(
-                "[package]\nname = \"{name}\"\nversion = \"0.0.0\"\nedition = \"2024\"\n{rest}\n[dependencies]\n\
-                 dynamics = {{ path = \"{library}\", default-features = false, features = [\"std\"] }}\n"
+                "[package]\nname = \"{name}\"\nversion = \"0.0.0\"\nedition = \"2024\"\n{rest}\n\
+                 [dependencies]\ndynamics = {{ path = \"{library}\", default-features = false, features = [\"std\"] }}\n"
             )
         };
         let write = |path: PathBuf, text: String| {

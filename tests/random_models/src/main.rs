@@ -2,7 +2,7 @@
 //!
 //! ```sh
 //! cargo run --target-dir target --manifest-path tests/random_models/Cargo.toml -- --models 1000
-//! cargo run --target-dir target --manifest-path tests/random_models/Cargo.toml -- --from 1000000 --models 300
+//! cargo run --target-dir target --manifest-path tests/random_models/Cargo.toml -- --models 0 --kinds 300
 //! cargo run --target-dir target --manifest-path tests/random_models/Cargo.toml -- --case 17
 //! cargo run --target-dir target --manifest-path tests/random_models/Cargo.toml -- --sizes 80 --size 34
 //! ```
