@@ -17,12 +17,18 @@ fn levels(text: &str) -> Vec<&str> {
 }
 
 #[test]
-fn random_models_have_the_levels_of_the_workspace() {
-    let texts =
-        ["Cargo.toml", "tests/random_models/Cargo.toml", "tests/random_models/src/batch.rs"].map(read);
-    let [workspace, package, models] = texts.each_ref().map(|text| levels(text));
-    assert!(package.len() >= 2 && models.len() >= 3, "{package:?}, {models:?}");
-    for line in package.iter().chain(&models) {
+fn packages_outside_of_the_workspace_have_its_levels() {
+    let texts = [
+        "Cargo.toml",
+        "tests/fuzz/Cargo.toml",
+        "tests/random_models/Cargo.toml",
+        "tests/random_models/src/batch.rs",
+    ]
+    .map(read);
+    let [workspace, fuzz, package, models] = texts.each_ref().map(|text| levels(text));
+    let found = [fuzz.len(), package.len(), models.len()];
+    assert!(found[0] >= 2 && found[1] >= 2 && found[2] >= 3, "{found:?} levels were found");
+    for line in fuzz.iter().chain(&package).chain(&models) {
         assert!(workspace.contains(line), "the workspace has not `{line}`");
     }
 }

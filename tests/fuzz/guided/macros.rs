@@ -4,7 +4,7 @@
 //! made on its tokens, half on its bytes.
 //!
 //! ```text
-//! cargo run --release --manifest-path tests/fuzz/Cargo.toml -- --seeds tests/fuzz/corpus/macros
+//! cargo run --manifest-path tests/fuzz/Cargo.toml -- --seeds tests/fuzz/corpus/macros
 //! cargo +nightly fuzz run --fuzz-dir tests/fuzz --features guided macros -- -max_len=20000 -timeout=20
 //! ```
 #![no_main]

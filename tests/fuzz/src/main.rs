@@ -1,9 +1,9 @@
 //! The campaign on stable Rust: numbered cases, each the same on every machine.
 //!
 //! ```text
-//! cargo run --release --manifest-path tests/fuzz/Cargo.toml -- --seconds 20
+//! cargo run --manifest-path tests/fuzz/Cargo.toml -- --seconds 20
 //! # One case again, its input printed.
-//! cargo run --release --manifest-path tests/fuzz/Cargo.toml -- --case 4711
+//! cargo run --manifest-path tests/fuzz/Cargo.toml -- --case 4711
 //! ```
 //! `--from N` starts at another case, `--threads N`, `--limit SECONDS` per case, `--stack MEBIBYTES` per
 //! case; `--seeds FOLDER` writes the models for the coverage-guided target.
