@@ -19,15 +19,20 @@ fn distance(a: &str, b: &str) -> usize {
     rows[a.len()][b.len()]
 }
 
-/// The known name nearest to `name`, where it is near enough to be a slip: a third of its letters.
+/// The known name nearest to `name`, where it is near enough to be a slip: a third of its letters. Else the
+/// only one that `name` abbreviates, by three letters or more.
 pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let length = name.chars().count();
     if length > 64 {
         return None;
     }
-    let near = |k: &&str| k.len() <= 256;
-    let best = known.into_iter().filter(near).map(|k| (distance(name, k), k)).min_by_key(|(d, _)| *d)?;
-    (best.0 <= (length / 3).max(1) && best.0 < length).then_some(best.1)
+    let known: Vec<&str> = known.into_iter().filter(|k| k.len() <= 256).collect();
+    let best = known.iter().map(|k| (distance(name, k), *k)).min_by_key(|(d, _)| *d)?;
+    if best.0 <= (length / 3).max(1) && best.0 < length {
+        return Some(best.1);
+    }
+    let mut longer = known.into_iter().filter(|k| length >= 3 && k.starts_with(name));
+    longer.next().filter(|_| longer.next().is_none())
 }
 
 /// `; did you mean ..?`, or the list of what there is, or nothing.
@@ -69,5 +74,14 @@ mod tests {
     #[test]
     fn the_nearest_of_several_wins() {
         assert_eq!(nearest("kinetc", ["kinematic", "kinetic"]), Some("kinetic"));
+    }
+
+    #[test]
+    fn abbreviations_are_recognised_where_one_name_fits() {
+        let joints = ["revolute", "prismatic", "weld", "slot"];
+        for (name, expected) in [("prism", Some("prismatic")), ("rev", Some("revolute")), ("re", None)] {
+            assert_eq!(nearest(name, joints), expected, "{name}");
+        }
+        assert_eq!(nearest("rev", ["revolute", "reversed"]), None);
     }
 }

@@ -54,7 +54,7 @@ impl<'a> Elaborator<'a> {
             name: function.name.to_string(),
             kind,
             components: components.into_iter().map(|(suffix, s)| (suffix, s.node)).collect(),
-            unit: String::new(),
+            units: Vec::new(),
             redundant: function.options.redundant.is_some(),
             switched: function.options.switched,
             origin,
@@ -77,9 +77,10 @@ impl<'a> Elaborator<'a> {
     /// Units of constraints, for reports: once everything that units follow from has been elaborated.
     pub(super) fn name_constraint_units(&mut self) {
         let whole = self.constraints.iter().filter(|c| !c.reaction.is_poison());
-        let units: Vec<String> = whole.map(|c| self.common_unit(&c.units)).collect();
-        for (constraint, unit) in self.model.constraints.iter_mut().zip(units) {
-            constraint.unit = unit;
+        let units: Vec<Vec<String>> =
+            whole.map(|c| c.units.iter().map(|unit| self.unit_text(unit)).collect()).collect();
+        for (constraint, units) in self.model.constraints.iter_mut().zip(units) {
+            constraint.units = units;
         }
     }
 

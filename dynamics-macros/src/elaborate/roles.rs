@@ -335,15 +335,16 @@ impl<'a> Elaborator<'a> {
 
     /// The unit that all have, as text; empty where they differ, are unknown or 1.
     pub(super) fn common_unit(&self, units: &[UnitOf]) -> String {
-        let known: Vec<String> = units.iter().flatten().map(|u| self.dimensions.units.text(u)).collect();
-        match known.split_first() {
-            Some((first, rest))
-                if rest.iter().all(|u| u == first) && !first.contains('[') && first != "1" =>
-            {
-                first.clone()
-            }
-            _ => String::new(),
-        }
+        let known = units.iter().filter(|unit| unit.is_some());
+        let mut texts: Vec<String> = known.map(|unit| self.unit_text(unit)).collect();
+        texts.dedup();
+        if texts.len() == 1 { texts.remove(0) } else { String::new() }
+    }
+
+    /// A unit as text; empty where it is unknown or 1.
+    pub(super) fn unit_text(&self, unit: &UnitOf) -> String {
+        let text = unit.as_ref().map(|unit| self.dimensions.units.text(unit)).unwrap_or_default();
+        if text.contains('[') || text == "1" { String::new() } else { text }
     }
 
     fn result_scalar(&mut self, function: &Function, value: Value) -> Option<Scalar> {

@@ -49,8 +49,8 @@ fn holonomic_rows_come_first_whatever_the_order_of_declaration() {
 #[test]
 fn a_reaction_times_its_constraint_is_work() {
     let compiled = model(CONSTRAINED.0, CONSTRAINED.1).compiled;
-    let units: Vec<&str> = compiled.model.constraints.iter().map(|c| c.unit.as_str()).collect();
-    assert_eq!(units, ["m", "m/s"]);
+    let units: Vec<&[String]> = compiled.model.constraints.iter().map(|c| &*c.units).collect();
+    assert_eq!(units, [&["m", "m"][..], &["m/s"]]);
     // A rolling contact's reaction is a force: power over velocity.
     assert_eq!(compiled.model.outputs[0].unit, "N");
     let unit_of = |body: &str| with(&output(body)).map(|m| m.compiled.model.outputs[0].unit.clone());

@@ -63,8 +63,8 @@ impl ConstraintTerms {
 
 /// The rows of a constraint by name: `closure.x`.
 fn named_rows(c: &Constraint) -> impl Iterator<Item = Named> {
-    let (name, unit) = (&c.name, &c.unit);
-    c.components.iter().map(move |(suffix, node)| Named {
+    let name = &c.name;
+    c.components.iter().zip(&c.units).map(move |((suffix, node), unit)| Named {
         name: format!("{name}{suffix}"),
         unit: unit.clone(),
         node: *node,

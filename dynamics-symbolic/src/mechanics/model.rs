@@ -243,8 +243,8 @@ pub struct Constraint {
     pub kind: ConstraintKind,
     /// Scalar components: suffix (`""`, `.x`, `[2]`, `[2].x`) and value, a row each.
     pub components: Vec<(String, NodeId)>,
-    /// Unit of the components as text, empty where unknown or 1.
-    pub unit: String,
+    /// The unit of each component as text, empty where unknown or 1.
+    pub units: Vec<String>,
     /// The user says that it repeats others.
     pub redundant: bool,
     /// It is switched on and off while the model runs; the switched constraints in order have the modes

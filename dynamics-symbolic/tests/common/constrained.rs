@@ -29,8 +29,8 @@ pub fn constrain<'b>(
     let components = rows.iter().enumerate().map(|(i, node)| (suffix(i), *node)).collect();
     let origin = Origin(1000 + b.model.constraints.len() as u32);
     let name = name.to_owned();
-    let (unit, redundant, switched) = (String::new(), false, false);
-    b.model.constraints.push(Constraint { name, kind, components, unit, redundant, switched, origin });
+    let (units, redundant, switched) = (vec![String::new(); rows.len()], false, false);
+    b.model.constraints.push(Constraint { name, kind, components, units, redundant, switched, origin });
     b.model.constraints.last_mut().expect("it was added just now")
 }
 

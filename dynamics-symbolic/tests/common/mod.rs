@@ -64,7 +64,7 @@ impl Builder {
             name: name.into(),
             kind,
             components,
-            unit: String::new(),
+            units: vec![String::new(); rows.len()],
             redundant: false,
             switched: false,
             origin: Origin(700 + self.model.constraints.len() as u32),

@@ -443,7 +443,7 @@ fn constraints(b: &mut Builder<'_>, n: usize) -> Vec<Constraint> {
                 name: format!("c{k}"),
                 kind,
                 components: (0..rows).map(|i| (format!("[{i}]"), row(b, n, holonomic))).collect(),
-                unit: String::new(),
+                units: vec![String::new(); rows],
                 redundant: b.random.one_in(3),
                 switched: b.random.one_in(4),
                 origin: Origin(9),

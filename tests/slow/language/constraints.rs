@@ -2,6 +2,7 @@
 //! model's own functions on jets.
 #![allow(missing_docs, unreachable_pub, reason = "models as users write them")]
 
+mod row_units;
 mod switched;
 
 use dynamics::constrain::{solve_general, solve_once, with_workspace};

@@ -48,7 +48,7 @@ fn classes(out: &mut String, model: &Model, derived: &ConstraintEquations, analy
 }
 
 fn class(c: &Constraint, moving: bool, repeats: usize, branch: bool) -> String {
-    let unit = if c.unit.is_empty() { String::new() } else { format!(" ({})", c.unit) };
+    let unit = unit(&c.units);
     let rows = match c.components.len() {
         1 => String::new(),
         n => format!("{n} rows, "),
@@ -69,6 +69,19 @@ fn class(c: &Constraint, moving: bool, repeats: usize, branch: bool) -> String {
         (n, _) => format!(", {n} of them repeat others"),
     };
     format!("{}{unit}: {rows}{kind}{said}{switched}{repeats}", c.name)
+}
+
+/// ` (m)`, or ` (m, rad)` of rows that differ; nothing where no unit is known.
+fn unit(units: &[String]) -> String {
+    let same = units.windows(2).all(|pair| pair[0] == pair[1]);
+    match units {
+        [first, ..] if same && !first.is_empty() => format!(" ({first})"),
+        [_, ..] if !same => {
+            let named = units.iter().map(|unit| if unit.is_empty() { "1" } else { unit });
+            format!(" ({})", named.collect::<Vec<_>>().join(", "))
+        }
+        _ => String::new(),
+    }
 }
 
 /// `, tangent to others` of all rows or `, 2 of them tangent to others`.
