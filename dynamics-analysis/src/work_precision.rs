@@ -54,12 +54,21 @@ type StudyRunSetup<'m, M> = Box<dyn Fn(Simulation<'m, M>) -> Simulation<'m, M> +
 /// A method under a name.
 struct Candidate<'m, M: Simulate> {
     name: String,
-    method: Any<M>,
+    /// `None`: the method that simulations choose by themselves.
+    method: Option<Any<M>>,
     options: Option<StudyRunSetup<'m, M>>,
     /// Tolerances or steps of its own, instead of those of the study.
     settings: Option<Vec<f64>>,
 }
 
+impl<M: Simulate> Candidate<'_, M> {
+    fn is_adaptive(&self) -> bool {
+        self.method.as_ref().is_none_or(Any::is_adaptive)
+    }
+}
+
+/// Name of the curve of the method that simulations choose.
+const DEFAULT_METHOD: &str = "default method";
 /// Negative decimal exponents of the tolerances unless they are set: from a sketch to all digits but one or
 /// two.
 const DEFAULT_TOLERANCE_DECADES: core::ops::RangeInclusive<i32> = 3..=13;
@@ -141,11 +150,19 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         let before = self.candidates.len();
         self.candidates.extend(methods.into_iter().map(|method| Candidate {
             name: method.to_string(),
-            method,
+            method: Some(method),
             options: None,
             settings: settings.clone(),
         }));
         self.empty_list |= self.candidates.len() == before;
+        self
+    }
+
+    /// Adds what simulations choose by themselves at each tolerance, as the curve `default method`: what a
+    /// user gets who names none, beside the best of those that are named.
+    pub fn default_method(mut self) -> Self {
+        let name = DEFAULT_METHOD.into();
+        self.candidates.push(Candidate { name, method: None, options: None, settings: None });
         self
     }
 
@@ -158,7 +175,8 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
         options: impl Fn(Simulation<'m, M>) -> Simulation<'m, M> + 'm,
     ) -> Self {
         let options: Option<StudyRunSetup<'m, M>> = Some(Box::new(options));
-        self.candidates.push(Candidate { name: name.into(), method: method.into(), options, settings: None });
+        let method = Some(method.into());
+        self.candidates.push(Candidate { name: name.into(), method, options, settings: None });
         self
     }
 
@@ -206,8 +224,12 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
 
     /// A simulation with the options for all. `reference` is the largest number of steps of a run of the
     /// reference, which has short steps, too. Options may change both.
-    fn simulation(&self, end: f64, method: &Any<M>, reference: Option<u64>) -> Simulation<'m, M> {
-        let simulation = self.model.simulate(self.start).until(end).method(method);
+    fn simulation(&self, end: f64, method: Option<&Any<M>>, reference: Option<u64>) -> Simulation<'m, M> {
+        let simulation = self.model.simulate(self.start).until(end);
+        let simulation = match method {
+            Some(method) => simulation.method(method),
+            None => simulation,
+        };
         let simulation = match reference {
             Some(most) => runs::with_short_steps(simulation, (self.start.t(), end)).max_steps(most),
             None => simulation,
@@ -243,7 +265,7 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
             }
         }
         for candidate in &self.candidates {
-            let what = if candidate.method.is_adaptive() { "tolerances" } else { "steps" };
+            let what = if candidate.is_adaptive() { "tolerances" } else { "steps" };
             let settings = self.settings(candidate);
             if settings.is_empty() {
                 return Err(WorkPrecisionError::NoSettings { what, method: candidate.name.clone() });
@@ -264,7 +286,7 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
             let methods: [Any<M>; 4] = [Dop853.into(), Verner9.into(), Tsit5.into(), Radau5.into()];
             self.candidates.extend(methods.map(|method| Candidate {
                 name: method.to_string(),
-                method,
+                method: Some(method),
                 options: None,
                 settings: None,
             }));
@@ -275,8 +297,7 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
     fn unused(&self) -> Option<&'static str> {
         let given =
             [("tolerances", self.tolerances.is_some(), true), ("steps", !self.steps.is_empty(), false)];
-        let takes =
-            |c: &Candidate<'m, M>, adaptive| c.settings.is_none() && c.method.is_adaptive() == adaptive;
+        let takes = |c: &Candidate<'m, M>, adaptive| c.settings.is_none() && c.is_adaptive() == adaptive;
         let unused = |(_, given, adaptive): &(_, bool, bool)| {
             *given && !self.candidates.iter().any(|c| takes(c, *adaptive))
         };
@@ -285,8 +306,7 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
 
     /// Tolerances or steps of a candidate, from coarse to fine.
     fn settings(&self, candidate: &Candidate<'m, M>) -> Vec<f64> {
-        let shared =
-            if candidate.method.is_adaptive() { self.tolerances.as_deref() } else { Some(&*self.steps) };
+        let shared = if candidate.is_adaptive() { self.tolerances.as_deref() } else { Some(&*self.steps) };
         let mut settings = candidate.settings.as_deref().or(shared).unwrap_or_default().to_vec();
         settings.sort_by(|a, b| b.total_cmp(a));
         settings.dedup();

@@ -32,7 +32,7 @@ pub(super) fn curves<M: Simulate>(
             WorkPrecisionCurve {
                 name: candidate.name.clone(),
                 outside: false,
-                adaptive: candidate.method.is_adaptive(),
+                adaptive: candidate.is_adaptive(),
                 points: study.settings(candidate).into_iter().map(point).collect(),
             }
         })
@@ -47,8 +47,8 @@ fn simulation<'m, M: Simulate>(
     setting: f64,
     end: f64,
 ) -> Simulation<'m, M> {
-    let simulation = study.simulation(end, &candidate.method, None);
-    let adaptive = candidate.method.is_adaptive();
+    let simulation = study.simulation(end, candidate.method.as_ref(), None);
+    let adaptive = candidate.is_adaptive();
     let simulation = if adaptive { simulation.tolerance(setting) } else { simulation.fixed_step(setting) };
     match &candidate.options {
         Some(options) => options(simulation),

@@ -159,7 +159,7 @@ fn by_runs<M: Simulate>(
             tolerance,
             reason,
         };
-        let simulation = study.simulation(end, method, Some(most_steps)).tolerance(tolerance);
+        let simulation = study.simulation(end, Some(method), Some(most_steps)).tolerance(tolerance);
         let mut steps = 0;
         let state = simulation.run_with(|_| steps += 1).map_err(|error| failed(first_line(&error)))?;
         check_end(&state, end).map_err(&failed)?;
