@@ -315,7 +315,17 @@ fn largest_with_unit<M: Constraints>(values: &[f64], unit: &str) -> f64 {
 fn row_size<M: Constraints>(gradient: &[f64], of_unit: impl Fn(&Quantity) -> f64) -> Option<f64> {
     let steepness = norm(gradient);
     let involved = M::COORDINATES.iter().zip(gradient).filter(|(_, g)| **g != 0.0);
-    let sum: f64 = involved.map(|(coordinate, g)| g.abs() * of_unit(coordinate)).sum();
+    // The coordinates of a row have one unit as a rule: its size is looked up once.
+    let mut last: Option<(&str, f64)> = None;
+    let mut size = |coordinate: &Quantity| match last {
+        Some((unit, size)) if unit == coordinate.unit => size,
+        _ => {
+            let size = of_unit(coordinate);
+            last = Some((coordinate.unit, size));
+            size
+        }
+    };
+    let sum: f64 = involved.map(|(coordinate, g)| g.abs() * size(coordinate)).sum();
     (steepness > 0.0).then_some(sum / steepness)
 }
 

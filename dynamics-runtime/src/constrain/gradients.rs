@@ -179,14 +179,21 @@ pub(crate) fn is_positive<M: Constraints>(model: &M, state: &M::State, workspace
     let n = M::Vector::LEN;
     mass(model, state, workspace);
     let mass = &mut workspace[..n * n];
-    for j in 0..n {
-        for i in j..n {
-            let entry = mass[i * n + j];
-            let remaining = entry - dot(&mass[i * n..i * n + j], &mass[j * n..j * n + j]);
-            if i > j {
-                mass[i * n + j] = remaining / mass[j * n + j];
+    for i in 0..n {
+        let (above, row) = mass.split_at_mut(i * n);
+        // What is left of the first entry stays zero, so that a diagonal M takes n² operations.
+        let first = row[..i].iter().position(|entry| *entry != 0.0).unwrap_or(i);
+        for j in first..=i {
+            let entry = row[j];
+            let remaining = entry
+                - match above.get(j * n..j * n + j) {
+                    Some(other) => dot(&row[first..j], &other[first..]),
+                    None => dot(&row[first..j], &row[first..j]),
+                };
+            if j < i {
+                row[j] = remaining / above[j * n + j];
             } else if remaining > POSITIVE_PIVOT_RATIO * entry {
-                mass[j * n + j] = math::sqrt(remaining);
+                row[i] = math::sqrt(remaining);
             } else {
                 return false;
             }

@@ -21,7 +21,14 @@ pub(crate) fn add_scaled(y: &mut [f64], c: f64, x: &[f64]) {
 /// The largest absolute value; NaN where an element is NaN.
 #[inline]
 pub(crate) fn max_abs(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |most, x| if x.abs() > most || x.is_nan() { x.abs() } else { most })
+    let larger = |most: f64, x: f64| if x.abs() > most || x.is_nan() { x.abs() } else { most };
+    // Several at once: a comparison has to wait for the one before it.
+    let (blocks, rest) = x.as_chunks::<8>();
+    let mut most = [0.0; 8];
+    for block in blocks {
+        (0..8).for_each(|k| most[k] = larger(most[k], block[k]));
+    }
+    most.iter().chain(rest).fold(0.0, |most, x| larger(most, *x))
 }
 
 /// Euclidean norm without overflow.

@@ -67,25 +67,22 @@ impl CoordinateSizes {
         }
     }
 
-    /// The size of each unit that is above rounding.
+    /// The size of each unit.
     fn by_unit<'a>(sizes: &'a [f64], names: &'static [Quantity]) -> impl Iterator<Item = f64> + 'a {
         let first = |i: &usize| names[..*i].iter().all(|name| name.unit != names[*i].unit);
-        let largest = move |i: usize| largest_of_unit(sizes, names, i);
-        (0..names.len()).filter(first).map(largest).filter(|size| *size > ZERO_BY_ROUNDING)
+        (0..names.len()).filter(first).map(move |i: usize| largest_of_unit(sizes, names, i))
     }
 
     /// The smallest size of a unit, of coordinates and velocities; `None` where nothing moves.
     fn smallest<M: Dynamics>(&self) -> Option<f64> {
         let all = Self::by_unit(&self.q, M::COORDINATES).chain(Self::by_unit(&self.u, M::COORDINATES));
-        all.reduce(f64::min)
+        all.filter(|size| *size > ZERO_BY_ROUNDING).reduce(f64::min)
     }
 
     /// Whether some unit has only small values, so that the first steps have to show how large they become.
     fn has_small<M: Dynamics>(&self) -> bool {
-        let small = |sizes: &[f64]| {
-            (0..sizes.len()).any(|i| largest_of_unit(sizes, M::COORDINATES, i) < SMALL_MOTION)
-        };
-        small(&self.q) || small(&self.u)
+        let mut all = Self::by_unit(&self.q, M::COORDINATES).chain(Self::by_unit(&self.u, M::COORDINATES));
+        all.any(|size| size < SMALL_MOTION)
     }
 
     /// The coordinates and velocities that stay within few absolute tolerances, and so have few digits.
@@ -94,10 +91,10 @@ impl CoordinateSizes {
         let mut found = Vec::new();
         for (rate, sizes) in [(false, &self.q), (true, &self.u)] {
             for (i, &largest) in sizes.iter().enumerate() {
-                let rounding = ZERO_BY_ROUNDING * largest_of_unit(sizes, M::COORDINATES, i).max(1.0);
+                let rounding = || ZERO_BY_ROUNDING * largest_of_unit(sizes, M::COORDINATES, i).max(1.0);
                 let few =
                     largest < FEW_TOLERANCES * absolute && absolute > MORE_THAN_RELATIVE * relative * largest;
-                if few && largest > rounding {
+                if few && largest > rounding() {
                     found.push(FewDigits { name: M::COORDINATES[i].name, rate, largest, absolute });
                 }
             }

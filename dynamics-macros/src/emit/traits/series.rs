@@ -46,10 +46,8 @@ impl Emission<'_> {
         let (lambda, scale, rows, memory) = (local("lambda"), local("scale"), local("rows"), local("memory"));
         let (head, given) = (self.series_head(), local("accelerations"));
         let Printed { functions, statements, .. } = &next;
-        let start = series.begin.as_ref().map_or(0, |program| program.cost.time());
-        let generated = self.generated(chooses, [start, series.next.cost.time(), lanes]);
         quote! {
-            #generated
+            const SERIES: #private::Expansion = #private::Expansion::Generated { chooses: #chooses };
             type Series = #private::series::Memory<<Self as #private::Model>::State, #count, #blocks>;
             #begin
             #head {
@@ -75,21 +73,6 @@ impl Emission<'_> {
                 );
                 true
             }
-        }
-    }
-
-    /// `const SERIES`, with the cost of the start, of an order and of its sums of products.
-    fn generated(&self, chooses: bool, costs: [usize; 3]) -> TokenStream {
-        let private = &self.private;
-        let evaluation = self.compiled.programs.accelerations.cost.time() as u32;
-        let [start, order, products] = costs.map(|cost| cost as u32);
-        quote! {
-            const SERIES: #private::Expansion = #private::Expansion::Generated {
-                chooses: #chooses,
-                cost: #private::ExpansionCost {
-                    evaluation: #evaluation, start: #start, order: #order, products: #products,
-                },
-            };
         }
     }
 
@@ -176,12 +159,8 @@ impl Emission<'_> {
             (Some(_), Some(unguarded)) => quote!((#unguarded) #released),
             (Some(_), None) => quote!(false #released),
         };
-        let solving = constrained.solve.as_ref().map_or(0, |solve| solve.program.cost.time());
-        let of_places = constrained.residue.cost.time() + constrained.ahead.cost.time();
-        let order = series.next.cost.time() + constrained.right.cost.time() + solving + of_places;
-        let generated = self.generated(chooses, [series.start.cost.time(), order, lanes + constrained.lanes]);
         quote! {
-            #generated
+            const SERIES: #private::Expansion = #private::Expansion::Generated { chooses: #chooses };
             type Series = #private::series::ConstrainedMemory<#blocks, #ahead_blocks, #shared>;
             #head {
                 #prologue
