@@ -8,6 +8,7 @@ use core::convert::Infallible;
 
 use dynamics::integrate::{Dop853, Phase, StepOptions, Stepper, Tolerances};
 use dynamics::prelude::*;
+use dynamics::simulate::SimulationErrorKind;
 use nalgebra::SVector;
 
 use crate::support::*;
@@ -263,6 +264,17 @@ fn end_values_by_extrapolation() {
 
 /// States along the motion, beside one at which two bodies are in line, so that the general solver has to
 /// answer.
+/// Below tolerances of 1e-13 the error estimate of extrapolation is rounding: its steps collapse. That is told
+/// at once, not after a million steps.
+#[test]
+fn steps_that_rounding_alone_keeps_short_are_given_up() {
+    let run = PUBLISHED.simulate(start(&PUBLISHED)).until(0.03).tolerance(1e-14);
+    let Err(error) = run.method(methods::GraggBulirschStoer).run() else { panic!("no step is left") };
+    assert!(matches!(error.kind, SimulationErrorKind::StepSizeTooSmall { .. }), "{error}");
+    let steps = error.motion(&PUBLISHED).expect("what was computed is kept").counts().steps;
+    assert!(steps < 10_000, "{steps}");
+}
+
 #[test]
 fn four_states_side_by_side_have_the_bits_of_each() {
     let motion = PUBLISHED.simulate(start(&PUBLISHED)).until(0.03).run().unwrap();
