@@ -282,7 +282,7 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
 
     /// Adds the methods that simulations choose by themselves, if none were named.
     fn add_default_methods(&mut self) {
-        if self.candidates.is_empty() {
+        if self.candidates.iter().all(|candidate| candidate.method.is_none()) {
             let methods: [Any<M>; 4] = [Dop853.into(), Verner9.into(), Tsit5.into(), Radau5.into()];
             self.candidates.extend(methods.map(|method| Candidate {
                 name: method.to_string(),

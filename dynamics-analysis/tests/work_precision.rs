@@ -282,6 +282,7 @@ fn options_without_sense_are_named() {
         (study(&model).methods([Dop853.into()]).methods_at([0.1], []), "a list of methods is empty"),
         (study(&model).tolerances([]), "DOP853 (order 8) has no tolerances"),
         (study(&model).methods([Rk4.into()]), "RK4 (order 4) has no steps"),
+        (study(&model).default_method().default_method(), "two curves are called default method"),
         (study(&model).methods_at([], [Dop853.into()]), "DOP853 (order 8) has no tolerances"),
         (study(&model).methods_at([], [Rk4.into()]).steps([0.1]), "RK4 (order 4) has no steps"),
         (study(&model).methods_at([1e-3, 0.0], [Dop853.into()]), "0 is not possible among the tolerances"),
@@ -331,6 +332,29 @@ fn methods_run_at_tolerances_and_steps_of_their_own() {
         simulation.tolerance(tolerance).run().unwrap().counts().steps
     });
     assert_eq!(steps(1).collect::<Vec<_>>(), alone);
+}
+
+/// At each tolerance the curve of the default method is what a simulation chooses there.
+#[test]
+fn the_default_method_stands_beside_the_named_ones() {
+    let (model, tolerances) = (Oscillator { omega: 2.0 }, [1e-3, 1e-5, 1e-9]);
+    let found = ran(study(&model).tolerances(tolerances).default_method().methods([Dop853.into()]));
+    let evaluations = |curve: &str| {
+        let points = &found.curve(curve).unwrap().points;
+        points.iter().map(|point| point.outcome.as_ref().unwrap().evaluations).collect::<Vec<_>>()
+    };
+    let (default, named) = (evaluations("default method"), evaluations("DOP853 (order 8)"));
+    for (tolerance, found) in tolerances.into_iter().zip(&default) {
+        let simulation = model.simulate(at_rest_or_not([1.0], [0.5])).until(END);
+        let motion = simulation.tolerance(tolerance).run().unwrap();
+        assert_eq!(*found, Some(motion.counts().evaluations), "{tolerance}");
+    }
+    let same: Vec<bool> = default.iter().zip(&named).map(|(a, b)| a == b).collect();
+    assert_eq!(same, [false, true, false]);
+    // It is no further method for advice, and does not stand in for those that are studied by default.
+    assert!(found.sentences().iter().all(|text| !text.contains("is default method")), "{found}");
+    assert!(found.sentences().iter().any(|text| text.contains("the default method takes")), "{found}");
+    assert_eq!(ran(study(&model).default_method()).curves().len(), 5);
 }
 
 #[cfg(feature = "json")]

@@ -175,6 +175,17 @@ fn inputs_without_value_or_with_a_bad_one_are_named() {
     assert!(whole.work().closure_error.abs() < 1e-9);
 }
 
+/// Steps that begin at a few resolutions of a large time, and grow, are no collapse.
+#[test]
+fn steps_grow_from_the_resolution_of_a_large_time() {
+    let rest = Closure(|_, _, _| 0.0);
+    for t in [3e8, 1.7e9, 4e9] {
+        let start = PlainState { t, ..at_rest_or_not([0.0], [0.0]) };
+        let end = rest.simulate(start).until(t + 1e3).run().unwrap_or_else(|error| panic!("{error}")).end();
+        assert_eq!((end.t, end.q[0]), (t + 1e3, 0.0));
+    }
+}
+
 /// The interpolant of DOP853 asks for stages at 0.1, 0.2 and 7/9 of a step, which the step itself does
 /// without.
 #[test]

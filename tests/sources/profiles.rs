@@ -16,6 +16,12 @@ fn levels(text: &str) -> Vec<&str> {
     lines.filter(|line| line.contains(".opt-level = ")).collect()
 }
 
+/// The lines below the first header of this name, up to the next header.
+fn section<'a>(text: &'a str, header: &str) -> Vec<&'a str> {
+    let (_, section) = text.split_once(header).unwrap_or_else(|| panic!("no {header}"));
+    section.lines().skip(1).take_while(|line| !line.is_empty() && !line.starts_with(['[', '"'])).collect()
+}
+
 #[test]
 fn packages_outside_of_the_workspace_have_its_levels() {
     let texts = [
@@ -30,5 +36,12 @@ fn packages_outside_of_the_workspace_have_its_levels() {
     assert!(found[0] >= 2 && found[1] >= 2 && found[2] >= 3, "{found:?} levels were found");
     for line in fuzz.iter().chain(&package).chain(&models) {
         assert!(workspace.contains(line), "the workspace has not `{line}`");
+    }
+    // Build scripts and macros of others, too.
+    let built = texts.each_ref().map(|text| section(text, "[profile.dev.build-override]"));
+    assert!(built.iter().all(|lines| *lines == ["opt-level = 1"]), "{built:?}");
+    let developed = texts.each_ref().map(|text| section(text, "[profile.dev]"));
+    for line in ["debug = \"line-tables-only\"", "incremental = false"] {
+        assert!(developed[..3].iter().all(|lines| lines.contains(&line)), "{line}: {developed:?}");
     }
 }

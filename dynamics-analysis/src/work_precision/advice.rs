@@ -7,6 +7,7 @@ use alloc::vec::Vec;
 use dynamics_runtime::simulate::Simulate;
 use dynamics_view::text::readable;
 
+use super::DEFAULT_METHOD;
 use super::errors::ErrorOf;
 use super::study::{Cost, Study, WorkPrecisionCurve};
 
@@ -51,12 +52,16 @@ impl<M: Simulate> Study<'_, M> {
                 readable(count.round(), 3)
             );
         }
+        if let Some(default) = self.cost(DEFAULT_METHOD, ErrorOf::State, error, Cost::Time) {
+            text += &format!("; the default method takes {} times as long", readable(default / time, 2));
+        }
         Some(text)
     }
 
-    /// The curves that reach this error with their costs, from the cheapest on.
+    /// The curves of named methods that reach this error with their costs, from the cheapest on.
     fn cheapest(&self, error: f64, cost: Cost) -> Vec<(&WorkPrecisionCurve, f64)> {
-        let costs = self.curves.iter().map(|curve| (curve, self.cost_of(curve, ErrorOf::State, error, cost)));
+        let named = self.curves.iter().filter(|curve| curve.name != DEFAULT_METHOD);
+        let costs = named.map(|curve| (curve, self.cost_of(curve, ErrorOf::State, error, cost)));
         let mut costs: Vec<_> = costs.filter_map(|(curve, cost)| Some((curve, cost?))).collect();
         costs.sort_by(|(_, a), (_, b)| a.total_cmp(b));
         costs

@@ -72,7 +72,7 @@ impl<M: Simulate> Study<'_, M> {
     fn contradicted(&self, candidates: &[Candidate<'_, M>]) -> Result<(), WorkPrecisionError> {
         let finest = self.curves.iter().zip(candidates).filter_map(|(curve, candidate)| {
             let run = curve.points.iter().rev().find_map(|point| point.outcome.as_ref().ok())?;
-            // What simulations choose is one of the others.
+            // The default method is no second method beside the one that it is.
             Some((candidate.method.as_ref()?.method(), curve.name.as_str(), run))
         });
         let finest: Vec<(Method, &str, &RunMeasurement)> = finest.collect();

@@ -316,12 +316,12 @@ fn row_size<M: Constraints>(gradient: &[f64], of_unit: impl Fn(&Quantity) -> f64
     let steepness = norm(gradient);
     let involved = M::COORDINATES.iter().zip(gradient).filter(|(_, g)| **g != 0.0);
     // The coordinates of a row have one unit as a rule: its size is looked up once.
-    let mut last: Option<(&str, f64)> = None;
-    let mut size = |coordinate: &Quantity| match last {
-        Some((unit, size)) if unit == coordinate.unit => size,
+    let mut last: Option<(&Quantity, f64)> = None;
+    let mut size = |coordinate: &'static Quantity| match last {
+        Some((of, size)) if of.unit == coordinate.unit && of.dimension == coordinate.dimension => size,
         _ => {
             let size = of_unit(coordinate);
-            last = Some((coordinate.unit, size));
+            last = Some((coordinate, size));
             size
         }
     };

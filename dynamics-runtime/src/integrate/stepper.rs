@@ -35,10 +35,9 @@ const FAILED_STEP_PART: f64 = 0.25;
 /// The same where the iterations of an implicit method did not converge. Their rate is proportional to the
 /// step or better, so that half a step usually suffices.
 const UNSOLVED_STEP_PART: f64 = 0.5;
-/// A step below this part of |t| is given up: the rounding of times then no longer resolves the parts of the
-/// step that stages take, which are down to a sixteenth. With a smaller value, error estimates that are
-/// rounding alone, as those of extrapolation below tolerances of 1e-13, keep a run at such steps without end.
-const RESOLVED_STEP_PART: f64 = 16.0 * f64::EPSILON;
+/// A step below this part of |t| is given up: the parts of the step that the stages take are then no longer
+/// resolved by the rounding of times.
+const RESOLVED_STEP_PART: f64 = 4.0 * f64::EPSILON;
 /// A projection that moves the end of a step by so many times the constraint violation shows that the step is
 /// near a position where the constraints lose rank. It is then repeated with projected stages, if it moves by
 /// more than [`SIGNIFICANT_MOVE`], too. Away from such positions the ratio is near 1.
@@ -229,9 +228,6 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
         self.discontinuity.begin_step();
         self.begin_step(system, limit).map_err(StepError::Evaluation)?;
         let start = self.now;
-        if self.accepted > 0 && !self.is_fixed() && self.h <= RESOLVED_STEP_PART * start.t.abs() {
-            return Err(StepError::StepTooSmall { coordinate: self.worst(), h: self.h });
-        }
         let (mut retries, mut failures, mut chosen_end) = (0, 0, None);
         self.crossing.begin_step();
         loop {
@@ -542,7 +538,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     }
 
     /// The coordinate whose error is the largest.
-    fn worst(&self) -> usize {
+    pub(crate) fn worst(&self) -> usize {
         let y = &self.now.y;
         self.options.tolerances.worst(&self.scheme.error_vector(), y, y)
     }

@@ -22,8 +22,11 @@ pub(crate) fn add_scaled(y: &mut [f64], c: f64, x: &[f64]) {
 #[inline]
 pub(crate) fn max_abs(x: &[f64]) -> f64 {
     let larger = |most: f64, x: f64| if x.abs() > most || x.is_nan() { x.abs() } else { most };
-    // Several at once: a comparison has to wait for the one before it.
+    // Long rows several at once: a comparison has to wait for the one before it.
     let (blocks, rest) = x.as_chunks::<8>();
+    if blocks.is_empty() {
+        return rest.iter().fold(0.0, |most, x| larger(most, *x));
+    }
     let mut most = [0.0; 8];
     for block in blocks {
         (0..8).for_each(|k| most[k] = larger(most[k], block[k]));
@@ -58,5 +61,24 @@ pub(crate) fn swap_rows(a: &mut [f64], n: usize, i: usize, j: usize) {
     if i != j {
         let (a, b) = two_rows(a, n, i.min(j), i.max(j));
         a.swap_with_slice(b);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::max_abs;
+
+    #[test]
+    fn the_largest_of_short_and_long_rows_and_nan_wherever_it_stands() {
+        for n in [0, 1, 7, 8, 9, 19, 64] {
+            let row: Vec<f64> = (0..n).map(|i| f64::from((7 * i + 3) % 11) - 8.0).collect();
+            let plain = row.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            assert_eq!(max_abs(&row), plain, "{n}");
+            for at in 0..row.len() {
+                let mut row = row.clone();
+                row[at] = f64::NAN;
+                assert!(max_abs(&row).is_nan(), "{at} of {n}");
+            }
+        }
     }
 }

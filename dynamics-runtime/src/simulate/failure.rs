@@ -51,9 +51,9 @@ pub enum SimulationErrorKind {
     /// here.
     #[error(
         "the step size collapsed, the error of `{coordinate}` stays above the tolerance: the motion has a \
-         singularity here (it grows beyond all numbers, or comes to where a force is infinite) or a jump; \
-         end it before, make the jump an event, or loosen the tolerance (tighten it where it is above 1e-3: \
-         the motion may have been lost before)"
+         singularity here (it grows beyond all numbers, or comes to where a force is infinite) or a jump, or \
+         the tolerance is below the rounding of this method; end it before, make the jump an event, or \
+         loosen the tolerance (tighten it where it is above 1e-3: the motion may have been lost before)"
     )]
     StepSizeTooSmall {
         /// The coordinate with the largest error.

@@ -70,7 +70,7 @@ impl CoordinateSizes {
     /// The size of each unit.
     fn by_unit<'a>(sizes: &'a [f64], names: &'static [Quantity]) -> impl Iterator<Item = f64> + 'a {
         let first = |i: &usize| names[..*i].iter().all(|name| name.unit != names[*i].unit);
-        (0..names.len()).filter(first).map(move |i: usize| largest_of_unit(sizes, names, i))
+        (0..names.len()).filter(first).map(move |i| largest_of_unit(sizes, names, i))
     }
 
     /// The smallest size of a unit, of coordinates and velocities; `None` where nothing moves.
@@ -91,10 +91,10 @@ impl CoordinateSizes {
         let mut found = Vec::new();
         for (rate, sizes) in [(false, &self.q), (true, &self.u)] {
             for (i, &largest) in sizes.iter().enumerate() {
-                let rounding = || ZERO_BY_ROUNDING * largest_of_unit(sizes, M::COORDINATES, i).max(1.0);
                 let few =
                     largest < FEW_TOLERANCES * absolute && absolute > MORE_THAN_RELATIVE * relative * largest;
-                if few && largest > rounding() {
+                let size = || largest_of_unit(sizes, M::COORDINATES, i).max(1.0);
+                if few && largest > ZERO_BY_ROUNDING * size() {
                     found.push(FewDigits { name: M::COORDINATES[i].name, rate, largest, absolute });
                 }
             }

@@ -156,9 +156,9 @@ impl<M: SimulationModel> Motion<'_, M> {
     /// stiffness that steps hide, and the global error, estimated by the motion in half steps.
     ///
     /// It costs three to five times as much as the run, or a few tenths of a second. Checks that would take
-    /// longer are omitted, and the summary lists them. A motion in fixed steps is not compared with other
-    /// steps: no error was permitted there. Singular positions are not looked for in models of more than 32
-    /// coordinates. The closure of `.inputs(..)` is called again, at times
+    /// longer are omitted, and the summary lists them. Fixed steps have no tolerance to compare errors with,
+    /// so that such a motion is not repeated in half steps. Singular positions are not searched in models of
+    /// more than 32 coordinates. The closure of `.inputs(..)` is called again, at times
     /// and states that the run has not seen.
     ///
     /// ```

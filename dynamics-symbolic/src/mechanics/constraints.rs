@@ -64,6 +64,7 @@ impl ConstraintTerms {
 /// The rows of a constraint by name: `closure.x`.
 fn named_rows(c: &Constraint) -> impl Iterator<Item = Named> {
     let name = &c.name;
+    debug_assert_eq!(c.units.len(), c.components.len(), "every row of `{name}` has a unit");
     c.components.iter().zip(&c.units).map(move |((suffix, node), unit)| Named {
         name: format!("{name}{suffix}"),
         unit: unit.clone(),

@@ -262,10 +262,8 @@ fn end_values_by_extrapolation() {
     keeps_with(methods::GraggBulirschStoer, &PUBLISHED, start(&PUBLISHED), &references, &promises);
 }
 
-/// States along the motion, beside one at which two bodies are in line, so that the general solver has to
-/// answer.
-/// Below tolerances of 1e-13 the error estimate of extrapolation is rounding: its steps collapse. That is told
-/// at once, not after a million steps.
+/// Below tolerances of 1e-13 the error estimate of extrapolation is rounding, and its steps collapse. The run
+/// ends then, and not after a million steps.
 #[test]
 fn steps_that_rounding_alone_keeps_short_are_given_up() {
     let run = PUBLISHED.simulate(start(&PUBLISHED)).until(0.03).tolerance(1e-14);
@@ -275,6 +273,8 @@ fn steps_that_rounding_alone_keeps_short_are_given_up() {
     assert!(steps < 10_000, "{steps}");
 }
 
+/// States along the motion, beside one at which two bodies are in line, so that the general solver has to
+/// answer.
 #[test]
 fn four_states_side_by_side_have_the_bits_of_each() {
     let motion = PUBLISHED.simulate(start(&PUBLISHED)).until(0.03).run().unwrap();

@@ -71,17 +71,17 @@ fn class(c: &Constraint, moving: bool, repeats: usize, branch: bool) -> String {
     format!("{}{unit}: {rows}{kind}{said}{switched}{repeats}", c.name)
 }
 
-/// ` (m)`, or ` (m, rad)` of rows that differ; nothing where no unit is known.
+/// ` (m)`, or ` (m, –)` of rows with different units, where `–` is none or unknown; nothing where no unit is
+/// known.
 fn unit(units: &[String]) -> String {
-    let same = units.windows(2).all(|pair| pair[0] == pair[1]);
-    match units {
-        [first, ..] if same && !first.is_empty() => format!(" ({first})"),
-        [_, ..] if !same => {
-            let named = units.iter().map(|unit| if unit.is_empty() { "1" } else { unit });
-            format!(" ({})", named.collect::<Vec<_>>().join(", "))
+    let mut different: Vec<&str> = Vec::new();
+    for unit in units {
+        let text = if unit.is_empty() { "–" } else { unit };
+        if !different.contains(&text) {
+            different.push(text);
         }
-        _ => String::new(),
     }
+    if matches!(different[..], [] | ["–"]) { String::new() } else { format!(" ({})", different.join(", ")) }
 }
 
 /// `, tangent to others` of all rows or `, 2 of them tangent to others`.
