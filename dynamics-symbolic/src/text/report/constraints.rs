@@ -71,17 +71,14 @@ fn class(c: &Constraint, moving: bool, repeats: usize, branch: bool) -> String {
     format!("{}{unit}: {rows}{kind}{said}{switched}{repeats}", c.name)
 }
 
-/// ` (m)`, or ` (m, –)` of rows with different units, where `–` is none or unknown; nothing where no unit is
-/// known.
+/// ` (m)`; nothing where rows have different units or none.
 fn unit(units: &[String]) -> String {
-    let mut different: Vec<&str> = Vec::new();
-    for unit in units {
-        let text = if unit.is_empty() { "–" } else { unit };
-        if !different.contains(&text) {
-            different.push(text);
+    match units {
+        [first, others @ ..] if !first.is_empty() && others.iter().all(|unit| unit == first) => {
+            format!(" ({first})")
         }
+        _ => String::new(),
     }
-    if matches!(different[..], [] | ["–"]) { String::new() } else { format!(" ({})", different.join(", ")) }
 }
 
 /// `, tangent to others` of all rows or `, 2 of them tangent to others`.
