@@ -17,10 +17,9 @@
 //!   10, of order 10 over a third of the step, from its start and backwards from its end: again four lanes,
 //!   14 calls, only when dense output is asked for.
 //! * **Rounding**: the weights of the columns have the absolute sum 56, so that errors stay at some 10⁻¹³,
-//!   and tolerances below 10⁻¹² only make more steps, or so short ones that the run ends. The interpolant is
-//!   built from displacements from the nearer end, not from positions, and the distance of the ends
-//!   contributes to u only where it is more than the rounding of q: u is accurate far from the origin of q,
-//!   too.
+//!   and tolerances below 10⁻¹² only make more steps. The interpolant is built from displacements from the
+//!   nearer end, not from positions, and the distance of the ends contributes to u only where it is more than
+//!   the rounding of q: u is accurate far from the origin of q, too.
 //! * **Stability**: real axis to −6.6.
 //! * **Cost**: 13 evaluations of four states side by side and one more per step; 14 with dense output more.
 //! * **Source**: Gragg, SIAM J. Numer. Anal. 2 (1965) 384; Bulirsch, Stoer, Numer. Math. 8 (1966) 1; Hairer,

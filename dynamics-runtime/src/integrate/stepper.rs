@@ -538,7 +538,7 @@ impl<V: Vector, S: Scheme<V>> Stepper<V, S> {
     }
 
     /// The coordinate whose error is the largest.
-    pub(crate) fn worst(&self) -> usize {
+    fn worst(&self) -> usize {
         let y = &self.now.y;
         self.options.tolerances.worst(&self.scheme.error_vector(), y, y)
     }

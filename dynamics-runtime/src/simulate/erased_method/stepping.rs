@@ -33,8 +33,6 @@ pub(crate) type StepResult<T> = Result<T, StepError<EvaluationError>>;
 pub(crate) trait ErasedStepper<M: SimulationModel> {
     fn now(&self) -> &StepNode<M::Vector>;
     fn statistics(&self) -> StepStatistics;
-    /// Index of the coordinate with the largest error in the last step.
-    fn worst_coordinate(&self) -> usize;
     fn subdivided_steps(&self) -> (u64, Option<f64>);
     /// See [`Scheme::EVENT_PANELS`].
     fn scan(&self) -> usize;
@@ -84,10 +82,6 @@ impl<M: SimulationModel, S: Scheme<M::Vector>> ErasedStepper<M> for Stepper<M::V
             slides_at: self.slides_at(),
             slides: self.slides(),
         }
-    }
-
-    fn worst_coordinate(&self) -> usize {
-        self.worst()
     }
 
     fn subdivided_steps(&self) -> (u64, Option<f64>) {

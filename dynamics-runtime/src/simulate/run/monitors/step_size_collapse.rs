@@ -5,9 +5,6 @@
 //! more than r/(1 − r) of the last duration. That gives the time which the steps approach. Steps that stall
 //! before a singular position are found earlier, in `singular_stall.rs`; accumulating events in
 //! `events/zeno.rs`.
-//!
-//! Steps may also stay at a few resolutions of time: the error estimate is rounding then, as that of
-//! extrapolation at tolerances below 1e-13. A number of them in a row ends the motion, too.
 
 use alloc::vec::Vec;
 
@@ -29,12 +26,6 @@ const MAX_DURATION_RATIO: f64 = 0.7;
 /// took at most 0.7⁵ = 0.17 of the time of steps 1,025 to 2,048.
 const SHRINKING_DOUBLINGS: u32 = 5;
 
-/// A step below this part of |t| is a few resolutions of time long: times of its stages have one digit.
-const UNRESOLVED_STEP_PART: f64 = 16.0 * f64::EPSILON;
-/// So many such steps in a row end the motion. A few dozen occur where steps have still to grow, as after a
-/// start or an event at a large t: six times or more from one to the next.
-const MAX_UNRESOLVED_STEPS: u32 = 1000;
-
 /// Ends a motion whose steps become shorter without end.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StepSizeCollapse {
@@ -46,8 +37,6 @@ pub(crate) struct StepSizeCollapse {
     last_duration: f64,
     /// Doublings in a row whose duration shrank.
     shrinking_doublings: u32,
-    /// Steps in a row of a few resolutions of time.
-    unresolved_steps: u32,
 }
 
 impl<M: SimulationModel> Monitor<M> for StepSizeCollapse {
@@ -61,15 +50,6 @@ impl<M: SimulationModel> Monitor<M> for StepSizeCollapse {
         run: &mut Watched<'_, '_, '_, M>,
         statistics: &StepStatistics,
     ) -> Result<(), Kind> {
-        if statistics.proposed > UNRESOLVED_STEP_PART * statistics.t.abs() {
-            self.unresolved_steps = 0;
-        } else if run.plan.options.fixed.is_none() {
-            self.unresolved_steps += 1;
-            if self.unresolved_steps > MAX_UNRESOLVED_STEPS {
-                let coordinate = M::COORDINATES[run.stepper.worst_coordinate()].name;
-                return Err(Kind::StepSizeTooSmall { coordinate });
-            }
-        }
         // A stiff or sliding motion is reported as such, by the step limit.
         if let Some(at) = self.approached_time(run.steps_tried(statistics), statistics.t, run.plan.end)
             && statistics.stiff_at.is_none()
@@ -105,13 +85,7 @@ pub(crate) fn steps_vanish<M: SimulationModel>(run: &mut Watched<'_, '_, '_, M>,
 
 impl StepSizeCollapse {
     fn new() -> Self {
-        Self {
-            next_check: FIRST_CHECK,
-            last_check_time: None,
-            last_duration: 0.0,
-            shrinking_doublings: 0,
-            unresolved_steps: 0,
-        }
+        Self { next_check: FIRST_CHECK, last_check_time: None, last_duration: 0.0, shrinking_doublings: 0 }
     }
 
     /// The time that the steps approach, if they do not come to the end. `made` steps were made up to t.
