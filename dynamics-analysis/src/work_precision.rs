@@ -62,6 +62,11 @@ struct Candidate<'m, M: Simulate> {
 }
 
 impl<M: Simulate> Candidate<'_, M> {
+    /// A method under its own name.
+    fn named(method: Any<M>, settings: Option<Vec<f64>>) -> Self {
+        Self { name: method.to_string(), method: Some(method), options: None, settings }
+    }
+
     fn is_adaptive(&self) -> bool {
         self.method.as_ref().is_none_or(Any::is_adaptive)
     }
@@ -69,6 +74,7 @@ impl<M: Simulate> Candidate<'_, M> {
 
 /// Name of the curve of the method that simulations choose.
 const DEFAULT_METHOD: &str = "default method";
+
 /// Negative decimal exponents of the tolerances unless they are set: from a sketch to all digits but one or
 /// two.
 const DEFAULT_TOLERANCE_DECADES: core::ops::RangeInclusive<i32> = 3..=13;
@@ -148,18 +154,14 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
 
     fn named(mut self, settings: Option<Vec<f64>>, methods: impl IntoIterator<Item = Any<M>>) -> Self {
         let before = self.candidates.len();
-        self.candidates.extend(methods.into_iter().map(|method| Candidate {
-            name: method.to_string(),
-            method: Some(method),
-            options: None,
-            settings: settings.clone(),
-        }));
+        let named = methods.into_iter().map(|method| Candidate::named(method, settings.clone()));
+        self.candidates.extend(named);
         self.empty_list |= self.candidates.len() == before;
         self
     }
 
-    /// Adds what simulations choose by themselves at each tolerance, as the curve `default method`: what a
-    /// user gets who names none, beside the best of those that are named.
+    /// Adds the curve `default method`: at each tolerance the method that simulations choose by themselves.
+    /// It shows what a user gets who names no method.
     pub fn default_method(mut self) -> Self {
         let name = DEFAULT_METHOD.into();
         self.candidates.push(Candidate { name, method: None, options: None, settings: None });
@@ -284,12 +286,7 @@ impl<'m, M: Simulate> WorkPrecision<'m, M> {
     fn add_default_methods(&mut self) {
         if self.candidates.iter().all(|candidate| candidate.method.is_none()) {
             let methods: [Any<M>; 4] = [Dop853.into(), Verner9.into(), Tsit5.into(), Radau5.into()];
-            self.candidates.extend(methods.map(|method| Candidate {
-                name: method.to_string(),
-                method: Some(method),
-                options: None,
-                settings: None,
-            }));
+            self.candidates.extend(methods.map(|method| Candidate::named(method, None)));
         }
     }
 

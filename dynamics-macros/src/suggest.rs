@@ -1,4 +1,4 @@
-//! Did you mean: the nearest known name by edit distance.
+//! Did you mean: the nearest known name by edit distance, or the one that is abbreviated.
 
 /// Edit distance where swapping two neighbours counts once (optimal string alignment).
 fn distance(a: &str, b: &str) -> usize {
@@ -20,7 +20,7 @@ fn distance(a: &str, b: &str) -> usize {
 }
 
 /// The known name nearest to `name`, where it is near enough to be a slip: a third of its letters. Else the
-/// only one that `name` abbreviates, by three letters or more.
+/// only one that `name` abbreviates, by three letters or more: two begin too many words.
 pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let length = name.chars().count();
     if length > 64 {

@@ -175,7 +175,7 @@ fn inputs_without_value_or_with_a_bad_one_are_named() {
     assert!(whole.work().closure_error.abs() < 1e-9);
 }
 
-/// Steps that begin at a few resolutions of a large time, and grow, are no collapse.
+/// At a large time a run begins with steps of a few resolutions of this time, which then grow.
 #[test]
 fn steps_grow_from_the_resolution_of_a_large_time() {
     let rest = Closure(|_, _, _| 0.0);

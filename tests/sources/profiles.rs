@@ -16,7 +16,7 @@ fn levels(text: &str) -> Vec<&str> {
     lines.filter(|line| line.contains(".opt-level = ")).collect()
 }
 
-/// The lines below the first header of this name, up to the next header.
+/// The lines below the first header of this name, up to an empty line or the next header.
 fn section<'a>(text: &'a str, header: &str) -> Vec<&'a str> {
     let (_, section) = text.split_once(header).unwrap_or_else(|| panic!("no {header}"));
     section.lines().skip(1).take_while(|line| !line.is_empty() && !line.starts_with(['[', '"'])).collect()

@@ -7,7 +7,6 @@ use alloc::vec::Vec;
 use dynamics_runtime::simulate::Simulate;
 use dynamics_view::text::readable;
 
-use super::DEFAULT_METHOD;
 use super::errors::ErrorOf;
 use super::study::{Cost, Study, WorkPrecisionCurve};
 
@@ -20,8 +19,8 @@ const SIMILAR_TIME_RATIO: f64 = 1.1;
 impl<M: Simulate> Study<'_, M> {
     /// What is fastest here to errors of 1e-3, 1e-6, 1e-9 and 1e-12 in positions and velocities, and what
     /// takes the fewest evaluations, which depend on no machine: a sentence for each error that was reached.
-    /// Methods within a tenth of the fastest are named beside it. Taylor series are not judged by
-    /// evaluations, of which they need none.
+    /// Methods within a tenth of the fastest are named beside it, and the default method is compared with it.
+    /// Taylor series are not judged by evaluations, of which they need none.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
         ASKED_ERRORS.into_iter().filter_map(|error| self.sentence(error)).collect()
@@ -52,15 +51,17 @@ impl<M: Simulate> Study<'_, M> {
                 readable(count.round(), 3)
             );
         }
-        if let Some(default) = self.cost(DEFAULT_METHOD, ErrorOf::State, error, Cost::Time) {
-            text += &format!("; the default method takes {} times as long", readable(default / time, 2));
+        let default = self.curves.iter().find(|curve| curve.is_default);
+        let default = default.and_then(|curve| self.cost_of(curve, ErrorOf::State, error, Cost::Time));
+        if let Some(default) = default {
+            text += &format!("; the default method takes {} times that time", readable(default / time, 2));
         }
         Some(text)
     }
 
     /// The curves of named methods that reach this error with their costs, from the cheapest on.
     fn cheapest(&self, error: f64, cost: Cost) -> Vec<(&WorkPrecisionCurve, f64)> {
-        let named = self.curves.iter().filter(|curve| curve.name != DEFAULT_METHOD);
+        let named = self.curves.iter().filter(|curve| !curve.is_default);
         let costs = named.map(|curve| (curve, self.cost_of(curve, ErrorOf::State, error, cost)));
         let mut costs: Vec<_> = costs.filter_map(|(curve, cost)| Some((curve, cost?))).collect();
         costs.sort_by(|(_, a), (_, b)| a.total_cmp(b));

@@ -32,6 +32,7 @@ pub(super) fn curves<M: Simulate>(
             WorkPrecisionCurve {
                 name: candidate.name.clone(),
                 outside: false,
+                is_default: candidate.method.is_none(),
                 adaptive: candidate.is_adaptive(),
                 points: study.settings(candidate).into_iter().map(point).collect(),
             }

@@ -159,5 +159,5 @@ fn curve(name: String, mut lines: Vec<Line>) -> WorkPrecisionCurve {
         };
         points.push(Point { setting: same[0].tolerance, outcome });
     }
-    WorkPrecisionCurve { name, outside: true, adaptive: true, points }
+    WorkPrecisionCurve { name, outside: true, is_default: false, adaptive: true, points }
 }

@@ -64,6 +64,8 @@ pub struct WorkPrecisionCurve {
     pub name: String,
     /// It was measured elsewhere and added.
     pub outside: bool,
+    /// It is that of the methods that simulations choose by themselves.
+    pub is_default: bool,
     /// Whether its settings are tolerances; else they are steps.
     pub adaptive: bool,
     /// Its runs.

@@ -84,8 +84,8 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// λ of every row in the constraint's shape. Φ_qᵀλ is a generalized force: λΦ is an energy, and λ(A q̇ +
-    /// b) a power.
+    /// λ of every row in the constraint's shape. Φ_qᵀλ is a generalized force. So λΦ is an energy, and
+    /// λ(A q̇ + b) a power.
     fn multipliers(&mut self, value: &Value, components: &[(String, Scalar)], kind: ConstraintKind) -> Value {
         let first = self.model.constraints.iter().map(|c| c.components.len()).sum::<usize>();
         let work = match kind {

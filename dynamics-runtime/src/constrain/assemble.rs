@@ -311,7 +311,8 @@ fn largest_with_unit<M: Constraints>(values: &[f64], unit: &str) -> f64 {
     same.fold(0.0, |largest, (_, value)| f64::max(largest, value.abs()))
 }
 
-/// The size of what a row involves, Σ |gⱼ| sⱼ / ‖g‖, from sizes by unit; `None` where its gradient vanishes.
+/// The size of what a row involves, Σ |gⱼ| sⱼ / ‖g‖, from sizes by unit. `None` where its gradient
+/// vanishes.
 fn row_size<M: Constraints>(gradient: &[f64], of_unit: impl Fn(&Quantity) -> f64) -> Option<f64> {
     let steepness = norm(gradient);
     let involved = M::COORDINATES.iter().zip(gradient).filter(|(_, g)| **g != 0.0);

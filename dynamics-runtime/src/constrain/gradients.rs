@@ -178,25 +178,26 @@ const POSITIVE_PIVOT_RATIO: f64 = 1e-8;
 pub(crate) fn is_positive<M: Constraints>(model: &M, state: &M::State, workspace: &mut [f64]) -> bool {
     let n = M::Vector::LEN;
     mass(model, state, workspace);
-    let mass = &mut workspace[..n * n];
+    has_positive_pivots(&mut workspace[..n * n], n)
+}
+
+/// Cholesky's elimination of a symmetric matrix, row by row, of which only the lower triangle is read and
+/// overwritten. What is left of the first entry of a row stays zero, so that a diagonal matrix takes n²
+/// operations.
+#[cfg(feature = "alloc")]
+fn has_positive_pivots(matrix: &mut [f64], n: usize) -> bool {
     for i in 0..n {
-        let (above, row) = mass.split_at_mut(i * n);
-        // What is left of the first entry stays zero, so that a diagonal M takes n² operations.
+        let (above, row) = matrix.split_at_mut(i * n);
         let first = row[..i].iter().position(|entry| *entry != 0.0).unwrap_or(i);
-        for j in first..=i {
-            let entry = row[j];
-            let remaining = entry
-                - match above.get(j * n..j * n + j) {
-                    Some(other) => dot(&row[first..j], &other[first..]),
-                    None => dot(&row[first..j], &row[first..j]),
-                };
-            if j < i {
-                row[j] = remaining / above[j * n + j];
-            } else if remaining > POSITIVE_PIVOT_RATIO * entry {
-                row[i] = math::sqrt(remaining);
-            } else {
-                return false;
-            }
+        for j in first..i {
+            let other = &above[j * n..][..n];
+            row[j] = (row[j] - dot(&row[first..j], &other[first..j])) / other[j];
+        }
+        let pivot = row[i] - dot(&row[first..i], &row[first..i]);
+        if pivot > POSITIVE_PIVOT_RATIO * row[i] {
+            row[i] = math::sqrt(pivot);
+        } else {
+            return false;
         }
     }
     true
@@ -218,5 +219,52 @@ pub(crate) fn distance(residual: f64, gradient: &[f64], usual_length: f64) -> f6
         residual.abs() / (VANISHED_ROW_LENGTH * usual_length)
     } else {
         residual.abs() / length
+    }
+}
+
+#[cfg(all(test, feature = "alloc"))]
+mod tests {
+    use nalgebra::DMatrix;
+
+    use super::has_positive_pivots;
+
+    /// By rows, as the workspace has them.
+    fn verdict(matrix: &DMatrix<f64>) -> bool {
+        has_positive_pivots(&mut matrix.transpose().as_slice().to_vec(), matrix.nrows())
+    }
+
+    /// Diagonal, banded, arrow and full matrices, as they are and with one pivot that is zero or negative,
+    /// against the smallest eigenvalue.
+    #[test]
+    fn pivots_are_positive_where_all_eigenvalues_are() {
+        let shapes: [fn(usize, usize) -> bool; 4] =
+            [|i, j| i == j, |i, j| i.abs_diff(j) <= 1, |i, j| i == j || i.max(j) == 8, |_, _| true];
+        let (mut positive, mut others) = (0, 0);
+        for shape in shapes {
+            for shift in [3.0, 1.5, 1.0, 0.6, 0.2, 0.0, -0.4] {
+                let entry = |i: usize, j: usize| 0.5 * ((3 * i * j + i + j) as f64).sin();
+                let plain = |i, j| if shape(i, j) { entry(i, j) } else { 0.0 };
+                let matrix = DMatrix::from_fn(9, 9, |i, j| plain(i, j) + if i == j { shift } else { 0.0 });
+                let smallest = matrix.clone().symmetric_eigenvalues().min();
+                assert!(smallest.abs() > 1e-6, "{smallest} decides nothing");
+                assert_eq!(verdict(&matrix), smallest > 0.0, "{shift}: {matrix}");
+                if smallest > 0.0 { positive += 1 } else { others += 1 }
+            }
+        }
+        assert!(positive >= 8 && others >= 8, "{positive} and {others}");
+    }
+
+    #[test]
+    fn singular_matrices_and_nan_are_not_positive() {
+        for n in 1..6 {
+            let ones = DMatrix::from_element(n, n, 1.0);
+            assert_eq!(verdict(&ones), n == 1);
+            for at in 0..n {
+                let mut matrix = DMatrix::identity(n, n);
+                matrix[(n - 1, at)] = f64::NAN;
+                assert!(!verdict(&matrix), "{at} of {n}");
+            }
+        }
+        assert!(has_positive_pivots(&mut [], 0));
     }
 }

@@ -22,7 +22,7 @@ pub(crate) fn add_scaled(y: &mut [f64], c: f64, x: &[f64]) {
 #[inline]
 pub(crate) fn max_abs(x: &[f64]) -> f64 {
     let larger = |most: f64, x: f64| if x.abs() > most || x.is_nan() { x.abs() } else { most };
-    // Long rows several at once: a comparison has to wait for the one before it.
+    // Eight at once, the width of the widest vectors: a comparison has to wait for the one before it.
     let (blocks, rest) = x.as_chunks::<8>();
     if blocks.is_empty() {
         return rest.iter().fold(0.0, |most, x| larger(most, *x));

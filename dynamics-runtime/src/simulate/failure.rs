@@ -50,10 +50,10 @@ pub enum SimulationErrorKind {
     /// The tolerance asks for steps below the resolution of time: the motion has a singularity or a jump
     /// here.
     #[error(
-        "the step size collapsed, the error of `{coordinate}` stays above the tolerance: the motion has a \
-         singularity here (it grows beyond all numbers, or comes to where a force is infinite) or a jump, or \
-         the tolerance is below the rounding of this method; end it before, make the jump an event, or \
-         loosen the tolerance (tighten it where it is above 1e-3: the motion may have been lost before)"
+        "the step size collapsed, the error of `{coordinate}` stays above the tolerance: a value or a force \
+         becomes infinite here, or something jumps, or the tolerance is below the rounding of this method; \
+         end the motion before, make the jump an event, or loosen the tolerance (tighten it where it is \
+         above 1e-3: the motion may have been lost before)"
     )]
     StepSizeTooSmall {
         /// The coordinate with the largest error.
@@ -326,8 +326,8 @@ pub enum SimulationErrorKind {
         /// Largest over smallest singular value of Φ_q.
         condition: f64,
     },
-    /// Branches of constraints have a tangent in common on the way of the motion, as y² = x⁴ where x = 0, and
-    /// it has gone on along another one than its own, or that is not decided. The motion up to there is
+    /// Branches of constraints have a tangent in common on the way of the motion, as y² = x⁴ where x = 0.
+    /// The motion has gone on along another branch than its own, or that is not decided. Up to there it is
     /// right.
     #[error(fmt = messages::branches_touch)]
     BranchesTouch {

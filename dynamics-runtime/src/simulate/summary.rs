@@ -158,8 +158,8 @@ impl<M: SimulationModel> Motion<'_, M> {
     /// It costs three to five times as much as the run, or a few tenths of a second. Checks that would take
     /// longer are omitted, and the summary lists them. Fixed steps have no tolerance to compare errors with,
     /// so that such a motion is not repeated in half steps. Singular positions are not searched in models of
-    /// more than 32 coordinates. The closure of `.inputs(..)` is called again, at times
-    /// and states that the run has not seen.
+    /// more than 32 coordinates. The closure of `.inputs(..)` is called again, at times and states that the
+    /// run has not seen.
     ///
     /// ```
     /// # use dynamics_runtime::simulate::{Motion, Simulate};

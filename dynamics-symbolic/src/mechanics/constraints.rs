@@ -79,8 +79,8 @@ pub(super) fn offsets(g: &mut Graph, places: &[NodeId], velocities: &[NodeId]) -
         let zero = g.zero();
         let at_rest =
             |g: &mut Graph| substitute(g, &[*row], &mut |_, s| matches!(s, Symbol::Rate(_)).then_some(zero));
-        // Linear in q̇, so no denominator contains q̇ without cancelling; where one does, b is the row less A
-        // q̇, which its Jacobian gives.
+        // Linear in q̇, so no denominator contains q̇ without cancelling; where one does, b is the row less
+        // A q̇, which its Jacobian gives.
         let b = match at_rest(g) {
             Ok(values) => values[0],
             Err(_) => less_linear_part(g, *row),
@@ -113,8 +113,8 @@ pub(super) fn jacobian(
     rows
 }
 
-/// Φ_qᵀλ of rows, the first `holonomic` of them Φ, the others A q̇ + b, with symbols for λ: two reverse
-/// sweeps.
+/// Φ_qᵀλ of rows, with symbols for λ: two reverse sweeps. The first `holonomic` rows are Φ, the others
+/// A q̇ + b.
 pub(crate) fn reaction(g: &mut Graph, rows: &[Named], holonomic: usize, n: usize) -> Vec<NodeId> {
     let seeded = rows.iter().enumerate();
     let seeded: Vec<(NodeId, NodeId)> =
@@ -125,8 +125,8 @@ pub(crate) fn reaction(g: &mut Graph, rows: &[Named], holonomic: usize, n: usize
     holonomic.into_iter().zip(nonholonomic).map(|(a, b)| g.add(a, b)).collect()
 }
 
-/// ∂(Φ_qᵀλ)/∂q, ∂γ/∂q, ∂γ/∂q̇, a forward sweep per symbol; or how many nodes they had taken when they were
-/// given up.
+/// ∂(Φ_qᵀλ)/∂q, ∂γ/∂q, ∂γ/∂q̇, a forward sweep per symbol. Else how many nodes they had
+/// taken when they were given up.
 pub(super) fn derivatives(
     g: &mut Graph,
     rows: &ConstraintTerms,
@@ -169,7 +169,8 @@ pub(super) fn force_by_multipliers(g: &mut Graph, force: &[NodeId], rows: usize)
     Some(by)
 }
 
-/// Powers of the constraints that move, by name: −λᵀΦ_t or −λᵀb, because q̇ᵀΦ_qᵀλ = (Φ̇ − Φ_t)ᵀλ and Φ̇ = 0.
+/// Powers of the constraints that move, by name: −λᵀΦ_t or −λᵀb. The reason is that
+/// q̇ᵀΦ_qᵀλ = (Φ̇ − Φ_t)ᵀλ and Φ̇ = 0.
 pub(super) fn powers(g: &mut Graph, constraints: &[Constraint], offset: &[NodeId]) -> Vec<Named> {
     let mut first = 0;
     let mut powers = Vec::new();

@@ -454,8 +454,8 @@ fn constraints(b: &mut Builder<'_>, n: usize) -> Vec<Constraint> {
     all
 }
 
-/// Σ f(qⱼ) xᵢ with positions x for a holonomic row, velocities for a nonholonomic one; now and then anything
-/// at all.
+/// Σ f(qⱼ) xᵢ with positions x for a holonomic row, velocities for a nonholonomic one; now and then
+/// anything at all.
 fn row(b: &mut Builder<'_>, n: usize, holonomic: bool) -> NodeId {
     if b.random.one_in(8) {
         return b.pick().node;
@@ -540,8 +540,8 @@ fn compiled(model: Model) -> Result<Outcome, String> {
     Ok(Outcome::Accepted)
 }
 
-/// Where the equations with constraints are solved on the graph: M q̈ = Q + Φ_qᵀλ and Φ_q q̈ = γ, as far as
-/// pivots let it be known.
+/// Where the equations with constraints are solved on the graph: M q̈ = Q + Φ_qᵀλ and Φ_q q̈ = γ, as
+/// far as pivots let it be known.
 fn solved(compiled: &Compiled) -> Result<(), String> {
     let Some(constraints) = &compiled.equations.constraints else { return Ok(()) };
     let Solution::Unrolled(unrolled) = &constraints.solution else { return Ok(()) };

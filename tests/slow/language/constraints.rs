@@ -186,8 +186,8 @@ proptest! {
         prop_assert_eq!(velocity.row(0), jacobian.row(4));
     }
 
-    /// M q̈ = Q + Φ_qᵀλ and Φ_q q̈ = γ; by the general solver as by the route that was chosen; outputs and
-    /// events read that solution.
+    /// M q̈ = Q + Φ_qᵀλ and Φ_q q̈ = γ, by the general solver and by the one that was chosen. Outputs
+    /// and events read that solution.
     #[test]
     fn the_solution_solves_and_is_read(values in proptest::collection::vec(-1.5..1.5f64, 17)) {
         let (model, state) = (linkage(), state(&values));
@@ -244,8 +244,8 @@ proptest! {
         (0..5).for_each(|i| near((jacobian * delta)[i], right[i], size, "Φ_q δ = r"));
     }
 
-    /// ∂q̈/∂q and ∂q̈/∂q̇ of the constrained motion, off the manifold too, against central differences of
-    /// sixth order.
+    /// ∂q̈/∂q and ∂q̈/∂q̇ of the constrained motion, off the manifold too, against central
+    /// differences of sixth order.
     #[test]
     fn linearisations_agree_with_differences(values in proptest::collection::vec(-1.5..1.5f64, 17)) {
         let (model, state) = (linkage(), state(&values));
