@@ -30,6 +30,7 @@ pub use articulated_bodies::{ArticulatedForm, Definition, Stationary};
 pub(crate) use ldl::Elsewhere;
 pub use ldl::Factors;
 pub(crate) use minimum_degree::MinimumDegree;
+pub(crate) use modular::FreeColumns;
 pub(crate) use solver::applies;
 pub use solver::{ConstrainedEquations, NotUnrolled, Solver, States, unroll, unroll_by_speeds};
 pub use unrolled::{Elimination, Guard, Guarded, Unrolled};

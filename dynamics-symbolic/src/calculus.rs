@@ -19,10 +19,10 @@ mod substitute;
 mod total;
 
 pub use collect_terms::{Collected, collect_terms};
-pub use forward::directional;
+pub use forward::{ForwardSweeps, directional};
 pub use remove_coordinates::remove_coordinates;
 pub use remove_time::remove_time;
-pub use reverse::gradient;
+pub use reverse::{gradient, gradient_entries};
 pub use share_parts::share_parts;
 pub(crate) use substitute::rebuild;
 pub use substitute::{ZeroDenominator, substitute};

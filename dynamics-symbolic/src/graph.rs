@@ -26,6 +26,7 @@ mod fingerprint;
 mod functions;
 mod id;
 mod node;
+mod node_map;
 mod number;
 mod sample;
 
@@ -36,5 +37,6 @@ pub use fingerprint::Fingerprint;
 pub(crate) use fingerprint::P as MODULUS;
 pub use id::{FunctionId, NodeId, Origin};
 pub use node::{Binary, Comparison, Dependence, Node, Symbol, Unary};
+pub(crate) use node_map::NodeMap;
 pub use number::Number;
 pub use sample::Sampler;

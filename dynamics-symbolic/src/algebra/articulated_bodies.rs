@@ -159,7 +159,7 @@ impl RemainingForm {
     fn next(&self, form: &ArticulatedForm) -> Option<usize> {
         let ready = |k: usize| self.uses[k] == 0;
         let unknown = self.rest.fewest_neighbours(|k| k < form.unknowns && ready(k));
-        unknown.or_else(|| self.rest.first(ready, |_| ()))
+        unknown.or_else(|| self.rest.last(ready))
     }
 
     /// Puts y = Σ c z + β into the form.

@@ -4,7 +4,8 @@
 //! the eliminated unknown; the order is by minimum degree, ties toward the last coordinate, which for a chain
 //! eliminates from its tip and for decoupled blocks creates no fill between them.
 
-use std::collections::BTreeMap;
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::graph::{Graph, NodeId};
 
@@ -27,15 +28,25 @@ impl Factors {
     /// # Errors
     /// The unknown whose pivot is identically zero.
     pub fn new(g: &mut Graph, matrix: &[Vec<NodeId>]) -> Result<Self, usize> {
-        let mut rest = Rest::new(matrix.len());
-        for (i, row) in matrix.iter().enumerate() {
-            row[..=i].iter().enumerate().for_each(|(j, entry)| rest.set(g, i, j, *entry));
-        }
+        let mut rest = Rest::of(g, matrix);
         let mut factors = Self::empty(g, matrix.len());
         while let Some(k) = rest.fewest_neighbours(|_| true) {
             factors.eliminate(g, &mut rest, k).ok_or(k)?;
         }
         Ok(factors)
+    }
+
+    /// The same; `None` where a pivot is identically zero, or the graph gets more than `most` nodes.
+    pub(super) fn within(g: &mut Graph, matrix: &[Vec<NodeId>], most: usize) -> Option<Self> {
+        let mut rest = Rest::of(g, matrix);
+        let mut factors = Self::empty(g, matrix.len());
+        while let Some(k) = rest.fewest_neighbours(|_| true) {
+            factors.eliminate(g, &mut rest, k)?;
+            if g.len() > most {
+                return None;
+            }
+        }
+        Some(factors)
     }
 
     /// Factors of which no unknown is eliminated yet.
@@ -158,13 +169,22 @@ impl Factors {
 #[derive(Clone, Debug)]
 pub(super) struct Rest {
     rows: Vec<BTreeMap<usize, NodeId>>,
-    /// Unknowns that are left, ascending.
-    left: Vec<usize>,
+    /// Unknowns that are left by their numbers of neighbours, the last one first among equals.
+    left: BTreeSet<(usize, Reverse<usize>)>,
 }
 
 impl Rest {
     pub(super) fn new(n: usize) -> Self {
-        Self { rows: vec![BTreeMap::new(); n], left: (0..n).collect() }
+        Self { rows: vec![BTreeMap::new(); n], left: (0..n).map(|k| (0, Reverse(k))).collect() }
+    }
+
+    /// All of a matrix, of which the lower triangle is read.
+    fn of(g: &Graph, matrix: &[Vec<NodeId>]) -> Self {
+        let mut rest = Self::new(matrix.len());
+        for (i, row) in matrix.iter().enumerate() {
+            row[..=i].iter().enumerate().for_each(|(j, entry)| rest.set(g, i, j, *entry));
+        }
+        rest
     }
 
     pub(super) fn get(&self, g: &Graph, i: usize, j: usize) -> NodeId {
@@ -177,11 +197,26 @@ impl Rest {
 
     pub(super) fn set(&mut self, g: &Graph, i: usize, j: usize, entry: NodeId) {
         for (i, j) in [(i, j), (j, i)] {
+            let before = self.degree(i);
             if g.is_zero(entry) {
                 self.rows[i].remove(&j);
             } else {
                 self.rows[i].insert(j, entry);
             }
+            self.count_again(i, before);
+        }
+    }
+
+    /// Number of neighbours.
+    fn degree(&self, k: usize) -> usize {
+        self.rows[k].len() - usize::from(self.rows[k].contains_key(&k))
+    }
+
+    /// Puts an unknown that had so many neighbours in its place.
+    fn count_again(&mut self, k: usize, before: usize) {
+        let now = self.degree(k);
+        if now != before && self.left.remove(&(before, Reverse(k))) {
+            self.left.insert((now, Reverse(k)));
         }
     }
 
@@ -197,25 +232,23 @@ impl Rest {
 
     /// The unknown with the fewest neighbours among those left that are `ready`; the last of them on ties.
     pub(super) fn fewest_neighbours(&self, ready: impl Fn(usize) -> bool) -> Option<usize> {
-        self.first(ready, |k| self.neighbours(k).count())
+        self.left.iter().map(|(_, Reverse(k))| *k).find(|k| ready(*k))
     }
 
-    /// Of the unknowns that are left and ready the one with the smallest key; the last of them on ties.
-    pub(super) fn first<K: Ord>(
-        &self,
-        ready: impl Fn(usize) -> bool,
-        key: impl Fn(usize) -> K,
-    ) -> Option<usize> {
-        self.left.iter().copied().filter(|k| ready(*k)).min_by_key(|k| (key(*k), core::cmp::Reverse(*k)))
+    /// The last of the unknowns that are left and ready.
+    pub(super) fn last(&self, ready: impl Fn(usize) -> bool) -> Option<usize> {
+        self.left.iter().map(|(_, Reverse(k))| *k).filter(|k| ready(*k)).max()
     }
 
     /// Takes an unknown out: its neighbours with their entries.
     pub(super) fn remove(&mut self, k: usize) -> Vec<(usize, NodeId)> {
-        self.left.retain(|i| *i != k);
+        self.left.remove(&(self.degree(k), Reverse(k)));
         let row = core::mem::take(&mut self.rows[k]);
-        row.keys().filter(|i| **i != k).for_each(|i| {
-            self.rows[*i].remove(&k);
-        });
+        for i in row.keys().copied().filter(|i| *i != k) {
+            let before = self.degree(i);
+            self.rows[i].remove(&k);
+            self.count_again(i, before);
+        }
         row.into_iter().filter(|(i, _)| *i != k).collect()
     }
 }

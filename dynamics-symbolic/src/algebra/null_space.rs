@@ -48,12 +48,13 @@ pub(super) struct NullSpace {
 
 impl NullSpace {
     /// Reduces the system of M (N×N) and Φ_q (R×N); `None` where a block or the reduced inertia is singular
-    /// in every state.
+    /// in every state, and where the graph gets more than `most` nodes on the way.
     pub(super) fn new(
         g: &mut Graph,
         mass: &SparseMatrix,
         jacobian: &SparseMatrix,
         partition: &Partition,
+        most: usize,
     ) -> Option<Self> {
         let mut blocks = Vec::new();
         for (rows, columns) in &partition.blocks {
@@ -65,9 +66,10 @@ impl NullSpace {
             motion.set(*i, g.one());
             substitute(g, jacobian, &partition.blocks, &blocks, &mut motion, None);
             motions.push(motion);
+            within(g, most)?;
         }
         let leaders = partition.independent.clone();
-        Self::led_by(g, mass, jacobian, (partition.clone(), blocks), motions, (0, &leaders))
+        Self::led_by(g, mass, jacobian, (partition.clone(), blocks), motions, (0, &leaders), most)
     }
 
     /// Reduces the system of M (N×N) to speeds: `kinematics` are their gradients by the velocities, then Φ_q,
@@ -96,7 +98,7 @@ impl NullSpace {
         // The coordinate by which a vanishing inertia is reported: the first one that the speed contains.
         let leader = |r: usize| kinematics.rows[r].keys().next().copied().unwrap_or(0);
         let leaders: Vec<usize> = (0..speeds).map(leader).collect();
-        Self::led_by(g, mass, kinematics, (partition, factors), motions, (speeds, &leaders))
+        Self::led_by(g, mass, kinematics, (partition, factors), motions, (speeds, &leaders), usize::MAX)
     }
 
     /// Reduces M by the columns `motions` of R. A coordinate of `leaders` names each in reports.
@@ -107,6 +109,7 @@ impl NullSpace {
         (partition, blocks): (Partition, Vec<BlockFactors>),
         motions: Vec<Values>,
         (speeds, leaders): (usize, &[usize]),
+        most: usize,
     ) -> Option<Self> {
         let momenta: Vec<Values> = motions.iter().map(|motion| times(g, mass, motion)).collect();
         let mut matrix = Vec::new();
@@ -115,8 +118,9 @@ impl NullSpace {
                 momenta[..=i].iter().map(|momentum| product(g, motion, momentum)).collect();
             // In a body's own axes its inertia is constant.
             matrix.push(if speeds > 0 { remove_coordinates(g, &row) } else { row });
+            within(g, most)?;
         }
-        let reduced = Factors::new(g, &matrix).ok()?;
+        let reduced = Factors::within(g, &matrix, most)?;
         let mut guards = Vec::new();
         for ((_, columns), block) in partition.blocks.iter().zip(&blocks) {
             let follows = |motion: &&Values| columns.iter().any(|c| !g.is_zero(motion.get(g, *c)));
@@ -297,6 +301,11 @@ impl NullSpace {
         let zero = g.zero();
         multipliers.into_iter().map(|x| x.unwrap_or(zero)).collect()
     }
+}
+
+/// `None` where the graph has more nodes.
+fn within(g: &Graph, most: usize) -> Option<()> {
+    (g.len() <= most).then_some(())
 }
 
 /// Adds the dependent entries to `x` so that Φ_q x = `right` (zero where there is none).

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use crate::graph::{Bindings, Graph};
 
-use super::modular::{is_singular, null_space};
+use super::modular::{FreeColumns, is_singular};
 use super::null_space::Partition;
 use super::sparse::SparseMatrix;
 use super::structure::{Block, blocks};
@@ -30,67 +30,73 @@ pub(super) enum PartitionChoice {
 /// The partitions of the coordinates of Φ_q that are worth a try.
 pub(super) fn partitions(g: &Graph, jacobian: &SparseMatrix, coordinates: usize) -> PartitionChoice {
     let values = jacobian.rows.iter().map(|row| row.iter().map(|(c, x)| (*c, g.fingerprint(*x))).collect());
-    let basis = null_space(values.collect(), coordinates);
-    let freedom = basis.len();
+    let mut basis = FreeColumns::new(values.collect(), coordinates);
+    let first = basis.columns();
+    let freedom = first.len();
     if coordinates - freedom < jacobian.rows.len() {
         return PartitionChoice::Redundant;
     }
     let pattern = jacobian.pattern();
-    let regular = |set: &[usize]| {
-        let minor =
-            basis.iter().map(|(_, x)| set.iter().map(|c| x.get(c).copied().unwrap_or_default()).collect());
-        !is_singular(minor.collect())
-    };
     let priced = |set: &[usize]| {
-        let dependent: Vec<usize> = (0..coordinates).filter(|c| !set.contains(c)).collect();
-        let blocks = blocks(&pattern, &dependent).filter(|_| regular(set))?;
+        let mut is_independent = vec![false; coordinates];
+        set.iter().for_each(|c| is_independent[*c] = true);
+        let dependent: Vec<usize> = (0..coordinates).filter(|c| !is_independent[*c]).collect();
+        let blocks = blocks(&pattern, &dependent)?;
         Some((structural_cost(&pattern, &blocks, set), Partition { independent: set.to_vec(), blocks }))
     };
-    let first: Vec<usize> = basis.iter().map(|(free, _)| *free).collect();
     let (most_freedom, most_coordinates) = LARGEST_EXHAUSTIVE;
     let few = freedom == 1 || freedom <= most_freedom && coordinates <= most_coordinates;
     let mut found: Vec<(usize, Partition)> = if few {
+        let regular = |set: &&Vec<usize>| !is_singular(basis.minor(set));
         let sets = subsets(coordinates, freedom);
-        sets.iter().take(MOST_EXHAUSTIVE_SETS).filter_map(|set| priced(set)).collect()
+        sets.iter().take(MOST_EXHAUSTIVE_SETS).filter(regular).filter_map(|set| priced(set)).collect()
     } else {
-        descend(first, coordinates, &priced)
+        descend(&mut basis, first, coordinates, &priced)
     };
     found.sort_by(|(a, p), (b, r)| (a, &p.independent).cmp(&(b, &r.independent)));
     PartitionChoice::Partitions(found.into_iter().map(|(_, partition)| partition).collect())
 }
 
 /// The structural cost of a set of independent coordinates with its partition; `None` where the others are
-/// not determined by it.
+/// not determined by it whatever the entries are.
 type PartitionPrice<'a> = dyn Fn(&[usize]) -> Option<(usize, Partition)> + 'a;
 
 /// Exchanges one independent coordinate for a dependent one as long as that is cheaper.
-fn descend(first: Vec<usize>, coordinates: usize, priced: &PartitionPrice) -> Vec<(usize, Partition)> {
+fn descend(
+    basis: &mut FreeColumns,
+    first: Vec<usize>,
+    coordinates: usize,
+    priced: &PartitionPrice,
+) -> Vec<(usize, Partition)> {
     let mut seen = BTreeSet::from([first.clone()]);
     let Some(mut best) = priced(&first) else { return Vec::new() };
     let mut found = vec![best.clone()];
     loop {
-        let mut improved = false;
+        let mut improved = None;
         let base = best.1.independent.clone();
-        for (at, c) in (0..base.len()).flat_map(|at| (0..coordinates).map(move |c| (at, c))) {
-            let mut set = base.clone();
-            if seen.len() > MOST_SETS || set.contains(&c) {
-                continue;
-            }
-            set[at] = c;
-            set.sort_unstable();
-            if !seen.insert(set.clone()) {
-                continue;
-            }
-            if let Some(next) = priced(&set) {
-                if next.0 < best.0 {
-                    best = next.clone();
-                    improved = true;
+        'exchanges: for at in 0..base.len() {
+            for c in (0..coordinates).filter(|c| base.binary_search(c).is_err()) {
+                if seen.len() > MOST_SETS {
+                    break 'exchanges;
                 }
-                found.push(next);
+                let mut set = base.clone();
+                set[at] = c;
+                set.sort_unstable();
+                if !seen.insert(set.clone()) || !basis.can_exchange(base[at], c) {
+                    continue;
+                }
+                if let Some(next) = priced(&set) {
+                    if next.0 < best.0 {
+                        best = next.clone();
+                        improved = Some((base[at], c));
+                    }
+                    found.push(next);
+                }
             }
         }
-        if !improved {
-            return found;
+        match improved {
+            Some((leaves, enters)) => basis.exchange(leaves, enters),
+            None => return found,
         }
     }
 }
@@ -117,24 +123,61 @@ fn structural_cost(pattern: &[Vec<usize>], blocks: &[Block], independent: &[usiz
         .max()
         .map_or(0, |c| c + 1)
         .max(independent.iter().max().map_or(0, |c| c + 1));
-    let mut reach: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); width];
-    for i in independent {
-        reach[*i].insert(*i);
+    let mut reach = vec![Reach::none(independent.len()); width];
+    for (place, i) in independent.iter().enumerate() {
+        reach[*i].insert(place);
     }
     let mut cost = 0;
     for (rows, columns) in blocks {
         let outside: Vec<usize> =
             rows.iter().flat_map(|r| &pattern[*r]).copied().filter(|c| !columns.contains(c)).collect();
-        let reached: BTreeSet<usize> = outside.iter().flat_map(|c| reach[*c].iter().copied()).collect();
-        let size = rows.len();
+        let mut all = Reach::none(independent.len());
+        outside.iter().for_each(|c| all.unite(&reach[*c]));
+        let (size, reached) = (rows.len(), all.len());
         // The determinant, then for every independent coordinate and the particular solution the right-hand
         // side and the substitution.
         let right: usize = outside.iter().map(|c| reach[*c].len() + 1).sum();
-        cost +=
-            size.pow(3) + right + size * size * (reached.len() + 1) + size * reached.len() * reached.len();
-        columns.iter().for_each(|c| reach[*c] = reached.clone());
+        cost += size.pow(3) + right + size * size * (reached + 1) + size * reached * reached;
+        columns.iter().for_each(|c| reach[*c] = all.clone());
     }
     cost
+}
+
+/// How many times the cost of another way the structural cost of a partition may be, beside a constant, if it
+/// is to be tried. The structural cost counts products of entries that cancel, so it is up to eight times the
+/// real one in mechanisms of bodies in absolute coordinates; in a chain of n links it grows with n³, and all
+/// orders by blocks are hopeless.
+const MOST_STRUCTURAL_COST: (usize, usize) = (32, 20_000);
+
+impl Partition {
+    /// Whether it may cost about as little as a way of this cost, as far as the pattern of Φ_q tells.
+    pub(super) fn may_cost(&self, pattern: &[Vec<usize>], other: usize) -> bool {
+        let (times, beside) = MOST_STRUCTURAL_COST;
+        structural_cost(pattern, &self.blocks, &self.independent) <= times * other + beside
+    }
+}
+
+/// The independent coordinates, by place, that something moves with: one bit of each, as in a long chain
+/// almost everything moves with all of them.
+#[derive(Clone)]
+struct Reach(Vec<u64>);
+
+impl Reach {
+    fn none(size: usize) -> Self {
+        Self(vec![0; size.div_ceil(64)])
+    }
+
+    fn insert(&mut self, place: usize) {
+        self.0[place / 64] |= 1 << (place % 64);
+    }
+
+    fn unite(&mut self, other: &Self) {
+        self.0.iter_mut().zip(&other.0).for_each(|(a, b)| *a |= b);
+    }
+
+    fn len(&self) -> usize {
+        self.0.iter().map(|bits| bits.count_ones() as usize).sum()
+    }
 }
 
 /// Φ_q at some states.

@@ -92,7 +92,7 @@ impl Solver {
         let dependent: Vec<usize> = (0..mass.rows.len()).filter(|c| !independent.contains(c)).collect();
         let blocks = blocks(&jacobian.pattern(), &dependent)?;
         let partition = Partition { independent: independent.to_vec(), blocks };
-        NullSpace::new(g, &mass, &jacobian, &partition)
+        NullSpace::new(g, &mass, &jacobian, &partition, usize::MAX)
             .map(|reduced| Self(SolverKind::Blocks(Box::new(reduced))))
     }
 
@@ -182,6 +182,11 @@ impl Solver {
 const MOST_TRIALS: usize = 12;
 /// Nodes of a graph above which only two partitions are tried, as every trial is on a copy.
 const NODES_OF_LARGE_GRAPH: usize = 20_000;
+/// Nodes after which the trial of a partition is given up, for each unit of the cost of the way that is known,
+/// and beside that. Trials end with 0.9 to 1.6 nodes for each unit of their own cost, and one that costs more
+/// than [`COST_OF_LIKELY_STATES`] of the other is never taken. Without a bound, the reduced inertia of a chain
+/// of n links takes n³ nodes.
+const NODES_OF_TRIAL: (usize, usize) = (6, 20_000);
 /// How many times the cost of the cheapest partition a better conditioned one may have.
 const COST_OF_CONDITIONING: f64 = 1.25;
 /// How many times the operations of the cheapest solution one may take that applies at more of the likely
@@ -326,17 +331,17 @@ impl CollectedEquations {
         let PartitionChoice::Partitions(candidates) = partitions(g, &jacobian, n) else {
             return Err(NotUnrolled::Redundant);
         };
-        let way = |g: &mut Graph, choice: Option<&Partition>| match choice {
-            Some(partition) => NullSpace::new(g, &mass, &jacobian, partition)
+        let way = |g: &mut Graph, choice: Option<&Partition>, most: usize| match choice {
+            Some(partition) => NullSpace::new(g, &mass, &jacobian, partition, most)
                 .map(|reduced| Solver(SolverKind::Blocks(Box::new(reduced)))),
             None => Solver::together(g, &self.mass, &self.jacobian),
         };
         let anywhere = Slopes::at(g, &jacobian, states.anywhere);
         let at = Slopes::at(g, &jacobian, &[states.likely, states.passed].concat());
-        let priced = |choice| {
+        let priced = |choice, most| {
             // On a copy, so that what is not taken leaves no trace.
             let mut trial = g.clone();
-            let solver = way(&mut trial, choice)?;
+            let solver = way(&mut trial, choice, most)?;
             let (accelerations, multipliers) = solver.solve(&mut trial, &self.force, &self.gamma);
             let guards = solver.guards().iter().flat_map(|guard| [guard.pivot, guard.scale]);
             let cost = trial.weight(&[accelerations, multipliers, guards.collect()].concat());
@@ -352,10 +357,17 @@ impl CollectedEquations {
         };
         let tried = if g.len() > NODES_OF_LARGE_GRAPH { 2 } else { MOST_TRIALS };
         let worth = worth_trying(&candidates, &jacobian, (&at, states.likely.len()), tried);
-        let found: Vec<PricedSolution> =
-            worth.into_iter().map(Some).chain([None]).filter_map(priced).collect();
+        let together = priced(None, usize::MAX);
+        let most = together.as_ref().map_or(usize::MAX, |way| g.len() + most_nodes(way.cost));
+        let pattern = jacobian.pattern();
+        let mut found: Vec<PricedSolution> = worth
+            .into_iter()
+            .filter(|partition| together.as_ref().is_none_or(|way| partition.may_cost(&pattern, way.cost)))
+            .filter_map(|partition| priced(Some(partition), most))
+            .collect();
+        found.extend(together);
         let choice = prefer(found).ok_or(NotUnrolled::NoPivots)?;
-        way(g, choice).ok_or(NotUnrolled::NoPivots)
+        way(g, choice, usize::MAX).ok_or(NotUnrolled::NoPivots)
     }
 
     /// The guards outside of which the solution does not apply.
@@ -381,6 +393,11 @@ impl CollectedEquations {
         });
         written.collect()
     }
+}
+
+/// Nodes that the trial of a partition may add, beside a way of this cost.
+fn most_nodes(cost: usize) -> usize {
+    NODES_OF_TRIAL.0 * cost + NODES_OF_TRIAL.1
 }
 
 /// At which of the states no guard calls for the general solver.

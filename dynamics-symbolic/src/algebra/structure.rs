@@ -38,9 +38,9 @@ pub(super) fn blocks(rows: &[Vec<usize>], columns: &[usize]) -> Option<Vec<Block
 fn matching(rows: &[Vec<usize>], width: usize) -> Option<Vec<Option<usize>>> {
     let mut row_of: Vec<Option<usize>> = vec![None; width];
     let mut column_of: Vec<Option<usize>> = vec![None; rows.len()];
+    // The row from which each column was reached, and from which start.
+    let mut reached: Vec<Option<(usize, usize)>> = vec![None; width];
     for start in 0..rows.len() {
-        // The row from which each column was reached.
-        let mut reached: Vec<Option<usize>> = vec![None; width];
         let mut queue = vec![start];
         let mut end = None;
         let mut at = 0;
@@ -48,10 +48,10 @@ fn matching(rows: &[Vec<usize>], width: usize) -> Option<Vec<Option<usize>>> {
             let row = queue[at];
             at += 1;
             for &column in &rows[row] {
-                if reached[column].is_some() {
+                if reached[column].is_some_and(|(of, _)| of == start) {
                     continue;
                 }
-                reached[column] = Some(row);
+                reached[column] = Some((start, row));
                 match row_of[column] {
                     Some(next) => queue.push(next),
                     None => {
@@ -65,7 +65,7 @@ fn matching(rows: &[Vec<usize>], width: usize) -> Option<Vec<Option<usize>>> {
         // Back along the path: every row on it takes the column that was reached from it and leaves its own
         // to the row before.
         loop {
-            let row = reached[column].expect("every column on the path was reached from a row");
+            let (_, row) = reached[column].expect("every column on the path was reached from a row");
             row_of[column] = Some(row);
             match column_of[row].replace(column) {
                 Some(own) => column = own,

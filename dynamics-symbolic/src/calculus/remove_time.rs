@@ -12,6 +12,9 @@ use crate::graph::{Dependence, Graph, NodeId, Sampler, Symbol};
 /// that. Parts that have no value at t = 0 stay as they are.
 #[must_use]
 pub fn remove_time(g: &mut Graph, roots: &[NodeId]) -> Vec<NodeId> {
+    if !roots.iter().any(|root| g.dependence(*root).on(Dependence::TIME)) {
+        return roots.to_vec();
+    }
     let mut timed = g.cone(roots);
     timed.retain(|id| g.dependence(*id).on(Dependence::TIME));
     let steady: Vec<NodeId> = {

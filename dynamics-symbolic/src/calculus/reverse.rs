@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::graph::{Graph, Node, NodeId, Symbol};
+use crate::graph::{Graph, Node, NodeId, NodeMap, Symbol};
 
 use super::local::{BranchChoice, partials};
 
@@ -10,29 +10,62 @@ use super::local::{BranchChoice, partials};
 pub fn gradient(g: &mut Graph, seeded: &[(NodeId, NodeId)], symbols: &[Symbol]) -> Vec<NodeId> {
     let roots: Vec<NodeId> = seeded.iter().map(|(root, _)| *root).collect();
     let ids = g.cone(&roots);
-    let end = ids.last().map_or(0, |id| id.index() + 1);
+    gradient_over(g, &ids, seeded, symbols)
+}
+
+/// The same by symbols of one kind, numbered below n: the entries of those that the roots contain. Other
+/// symbols are not even looked up, so that rows of a sparse Jacobian take time in proportion to what they are
+/// made of.
+pub fn gradient_entries(
+    g: &mut Graph,
+    seeded: &[(NodeId, NodeId)],
+    kind: fn(u32) -> Symbol,
+    n: usize,
+) -> Vec<(usize, NodeId)> {
+    let roots: Vec<NodeId> = seeded.iter().map(|(root, _)| *root).collect();
+    let ids = g.cone(&roots);
+    let mut found: Vec<u32> = ids
+        .iter()
+        .filter_map(|id| match g.node(*id) {
+            Node::Symbol(s) => s.number().filter(|i| kind(*i) == s && (*i as usize) < n),
+            _ => None,
+        })
+        .collect();
+    found.sort_unstable();
+    let symbols: Vec<Symbol> = found.iter().copied().map(kind).collect();
+    let slopes = gradient_over(g, &ids, seeded, &symbols);
+    found.into_iter().map(|i| i as usize).zip(slopes).collect()
+}
+
+fn gradient_over(
+    g: &mut Graph,
+    ids: &[NodeId],
+    seeded: &[(NodeId, NodeId)],
+    symbols: &[Symbol],
+) -> Vec<NodeId> {
     // Only what leads to one of the symbols is swept.
-    let mut active = vec![false; end];
-    for id in &ids {
-        active[id.index()] = match g.node(*id) {
+    let mut active = NodeMap::new(ids, false);
+    for id in ids {
+        let leads = match g.node(*id) {
             Node::Symbol(s) => symbols.contains(&s),
-            node => node.children().any(|c| active[c.index()]),
+            node => node.children().any(|c| active.get(c)),
         };
+        active.set(*id, leads);
     }
     let mut sweep = ReverseSweep { symbols, active, chosen: BTreeMap::new() };
     // Inner choices first: no recursion, and each is swept once however often it is read.
-    for id in &ids {
-        if let Some(choice) = BranchChoice::of(g.node(*id)).filter(|_| sweep.active[id.index()]) {
+    for id in ids {
+        if let Some(choice) = BranchChoice::of(g.node(*id)).filter(|_| sweep.active.get(*id)) {
             sweep.choose(g, *id, choice);
         }
     }
-    sweep.run(g, &ids, seeded)
+    sweep.run(g, ids, seeded)
 }
 
 /// What all sweeps of one gradient share.
 struct ReverseSweep<'a> {
     symbols: &'a [Symbol],
-    active: Vec<bool>,
+    active: NodeMap<bool>,
     /// Gradients of choices: choices between the gradients of their branches.
     chosen: BTreeMap<NodeId, Vec<NodeId>>,
 }
@@ -50,25 +83,27 @@ impl ReverseSweep<'_> {
 
     /// One sweep over `ids`, from the last to the first.
     fn run(&self, g: &mut Graph, ids: &[NodeId], seeded: &[(NodeId, NodeId)]) -> Vec<NodeId> {
-        let mut adjoint: Vec<Option<NodeId>> = vec![None; self.active.len()];
+        let mut adjoint: NodeMap<Option<NodeId>> = NodeMap::new(ids, None);
         for (root, seed) in seeded {
-            accumulate(g, &mut adjoint[root.index()], *seed);
+            let sum = accumulated(g, adjoint.get(*root), *seed);
+            adjoint.set(*root, Some(sum));
         }
         let mut through_choices: Vec<Option<NodeId>> = vec![None; self.symbols.len()];
-        for id in ids.iter().rev().filter(|id| self.active[id.index()]) {
-            let Some(own) = adjoint[id.index()] else { continue };
+        for id in ids.iter().rev().filter(|id| self.active.get(**id)) {
+            let Some(own) = adjoint.get(*id) else { continue };
             if let Some(gradient) = self.chosen.get(id) {
                 for (slot, partial) in through_choices.iter_mut().zip(gradient) {
                     if !g.is_zero(*partial) {
                         let term = g.mul(*partial, own);
-                        accumulate(g, slot, term);
+                        *slot = Some(accumulated(g, *slot, term));
                     }
                 }
                 continue;
             }
-            for (child, partial) in partials(g, *id, &|c| self.active[c.index()]) {
+            for (child, partial) in partials(g, *id, &|c| self.active.get(c)) {
                 let term = g.mul(partial, own);
-                accumulate(g, &mut adjoint[child.index()], term);
+                let sum = accumulated(g, adjoint.get(child), term);
+                adjoint.set(child, Some(sum));
             }
         }
         self.symbols
@@ -76,7 +111,7 @@ impl ReverseSweep<'_> {
             .zip(through_choices)
             .map(|(s, through)| {
                 let symbol = g.symbol(*s);
-                let direct = adjoint.get(symbol.index()).copied().flatten();
+                let direct = adjoint.get(symbol);
                 match (direct, through) {
                     (Some(a), Some(b)) => g.add(a, b),
                     (Some(a), None) | (None, Some(a)) => a,
@@ -87,9 +122,33 @@ impl ReverseSweep<'_> {
     }
 }
 
-fn accumulate(g: &mut Graph, slot: &mut Option<NodeId>, term: NodeId) {
-    *slot = Some(match *slot {
+fn accumulated(g: &mut Graph, sum: Option<NodeId>, term: NodeId) -> NodeId {
+    match sum {
         Some(sum) => g.add(sum, term),
         None => term,
-    });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Graph, NodeId, Symbol, gradient, gradient_entries};
+    use crate::graph::{Binary, Unary};
+
+    #[test]
+    fn entries_are_those_of_the_whole_gradient() {
+        let mut g = Graph::new();
+        let (q, u): (Vec<NodeId>, Vec<NodeId>) =
+            (0..9).map(|i| (g.symbol(Symbol::Coordinate(i)), g.symbol(Symbol::Rate(i)))).unzip();
+        let (angle, speed) = (g.mul(q[7], u[1]), g.mul(q[2], u[2]));
+        let sine = g.unary(Unary::Sin, angle);
+        let root = g.binary(Binary::Max, sine, speed);
+        let seed = g.integer(3);
+        for kind in [Symbol::Coordinate as fn(u32) -> Symbol, Symbol::Rate, Symbol::Input] {
+            let symbols: Vec<Symbol> = (0..8).map(kind).collect();
+            let whole = gradient(&mut g, &[(root, seed)], &symbols);
+            let expected: Vec<(usize, NodeId)> =
+                whole.into_iter().enumerate().filter(|(_, slope)| !g.is_zero(*slope)).collect();
+            assert_eq!(gradient_entries(&mut g, &[(root, seed)], kind, 8), expected);
+        }
+    }
 }

@@ -1,41 +1,26 @@
 //! Linear algebra modulo 2⁶¹ − 31: null spaces of sampled matrices, and the rational numbers that their
 //! entries stand for.
 
+use std::collections::BTreeMap;
+
+use crate::algebra::FreeColumns;
 use crate::graph::Fingerprint;
 
 const P: i128 = crate::graph::MODULUS as i128;
 
 /// A basis of the vectors x of length n with `rows`·x = 0, one for every free column, that column's entry 1
-/// and the other free ones 0.
-pub(super) fn null_space(mut rows: Vec<Vec<Fingerprint>>, n: usize) -> Vec<Vec<Fingerprint>> {
-    let mut pivots: Vec<usize> = Vec::new();
-    // From the last column to the first, so that the coordinates declared first are the free ones: `x - 2 y`,
-    // not `y - x/2`.
-    for column in (0..n).rev() {
-        let done = pivots.len();
-        let Some(found) = (done..rows.len()).find(|r| rows[*r][column].is_unit()) else { continue };
-        rows.swap(done, found);
-        let reciprocal = Fingerprint::ONE.div(rows[done][column]);
-        rows[done].iter_mut().for_each(|x| *x = x.mul(reciprocal));
-        let pivot = rows[done].clone();
-        for (r, row) in rows.iter_mut().enumerate() {
-            let factor = row[column];
-            if r != done && factor != Fingerprint::ZERO {
-                row.iter_mut().zip(&pivot).for_each(|(x, p)| *x = x.sub(factor.mul(*p)));
-            }
-        }
-        pivots.push(column);
-    }
-    let free = (0..n).filter(|c| !pivots.contains(c));
-    let vector = |free: usize| {
+/// and the other free ones 0. The coordinates declared first are the free ones: `x - 2 y`, not `y - x/2`.
+pub(super) fn null_space(rows: Vec<Vec<Fingerprint>>, n: usize) -> Vec<Vec<Fingerprint>> {
+    let sparse = |row: Vec<Fingerprint>| {
+        row.into_iter().enumerate().filter(|(_, x)| *x != Fingerprint::ZERO).collect()
+    };
+    let basis = FreeColumns::new(rows.into_iter().map(sparse).collect(), n);
+    let dense = |(_, entries): (usize, &BTreeMap<usize, Fingerprint>)| {
         let mut x = vec![Fingerprint::ZERO; n];
-        x[free] = Fingerprint::ONE;
-        for (row, column) in rows.iter().zip(&pivots) {
-            x[*column] = row[free].neg();
-        }
+        entries.iter().for_each(|(c, value)| x[*c] = *value);
         x
     };
-    free.map(vector).collect()
+    basis.vectors().map(dense).collect()
 }
 
 /// Largest numerator and denominator that a residue is read as. Fractions are unique up to

@@ -1,6 +1,8 @@
 //! What a solver, and a reader, can take advantage of: the pattern of M, decoupled parts, linearity,
 //! ignorable coordinates.
 
+use std::collections::BTreeSet;
+
 use crate::graph::{Dependence, Fingerprint, NodeId, Sampler, Symbol};
 use crate::mechanics::{EnergyRole, Equations, Model};
 
@@ -79,25 +81,24 @@ impl Structure {
     }
 }
 
-/// Groups that `coupled` connects, each ascending, by their first members.
-fn components(n: usize, coupled: impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
-    let mut seen = vec![false; n];
+/// Groups that `coupled`, which is symmetric, connects, each ascending, by their first members.
+fn components(coupled: &[BTreeSet<usize>]) -> Vec<Vec<usize>> {
+    let mut seen = vec![false; coupled.len()];
     let mut groups = Vec::new();
-    for start in 0..n {
+    for start in 0..coupled.len() {
         if seen[start] {
             continue;
         }
         seen[start] = true;
         let (mut group, mut at) = (vec![start], 0);
         while at < group.len() {
-            let i = group[at];
-            at += 1;
-            for (j, seen) in seen.iter_mut().enumerate() {
-                if !*seen && (coupled(i, j) || coupled(j, i)) {
-                    *seen = true;
-                    group.push(j);
+            for j in &coupled[group[at]] {
+                if !seen[*j] {
+                    seen[*j] = true;
+                    group.push(*j);
                 }
             }
+            at += 1;
         }
         group.sort_unstable();
         groups.push(group);
@@ -111,7 +112,8 @@ fn pattern(model: &Model, equations: &Equations) -> Pattern {
     let below = || (0..n).flat_map(|i| (0..i).map(move |j| (i, j)));
     let zeros = below().filter(|(i, j)| !couples(*i, *j)).count();
     let band = below().filter(|(i, j)| couples(*i, *j)).map(|(i, j)| i - j).max().unwrap_or(0);
-    let blocks = components(n, couples);
+    let of = |i: usize| (0..n).filter(|j| couples(i, *j) || couples(*j, i)).collect();
+    let blocks = components(&(0..n).map(of).collect::<Vec<_>>());
     if band == 0 {
         Pattern::Diagonal
     } else if blocks.len() > 1 {
@@ -134,16 +136,24 @@ fn subsystems(model: &Model, equations: &Equations) -> Vec<Vec<usize>> {
             Reads::of(model, &nodes)
         })
         .collect();
-    let mut held = vec![vec![false; n]; n];
+    let mut coupled = vec![BTreeSet::new(); n];
+    let mut couple = |i: usize, j: usize| {
+        coupled[i].insert(j);
+        coupled[j].insert(i);
+    };
     for row in constraint_reads(model) {
-        let own: Vec<usize> = (0..n).filter(|i| row.coordinate(*i as u32)).collect();
-        own.windows(2).for_each(|pair| held[pair[0]][pair[1]] = true);
+        let own: Vec<usize> = row.coordinates().into_iter().collect();
+        own.windows(2).for_each(|pair| couple(pair[0], pair[1]));
     }
-    components(n, |i, j| {
-        let symbol = |s: fn(u32) -> Symbol| reads[i].symbol(s(j as u32));
-        let coupled = held[i][j] || !model.graph.is_zero(equations.mass_matrix[i][j]);
-        coupled || symbol(Symbol::Coordinate) || symbol(Symbol::Rate)
-    })
+    for (i, (reads, row)) in reads.iter().zip(&equations.mass_matrix).enumerate() {
+        (0..n).filter(|j| !model.graph.is_zero(row[*j])).for_each(|j| couple(i, j));
+        for symbol in reads.symbols() {
+            if let Symbol::Coordinate(j) | Symbol::Rate(j) = symbol {
+                couple(i, j as usize);
+            }
+        }
+    }
+    components(&coupled)
 }
 
 /// What each row of the constraints reads.
@@ -179,9 +189,9 @@ fn ignorable(model: &Model) -> Vec<usize> {
     let nodes: Vec<NodeId> =
         model.energies.iter().filter(|e| e.role != EnergyRole::Dissipation).map(|e| e.node).collect();
     let reads = Reads::of(model, &nodes);
-    let rows = constraint_reads(model);
     // A constraint on a coordinate acts on its momentum.
-    let free = |i: &u32| !reads.symbol(Symbol::Coordinate(*i)) && !rows.iter().any(|r| r.coordinate(*i));
+    let held: BTreeSet<usize> = constraint_reads(model).iter().flat_map(Reads::coordinates).collect();
+    let free = |i: &u32| !reads.symbol(Symbol::Coordinate(*i)) && !held.contains(&(*i as usize));
     (0..model.coordinates.len() as u32).filter(free).map(|i| i as usize).collect()
 }
 

@@ -3,6 +3,8 @@
 //! Elements of one array, vector or matrix stand or fall together, because a planar model may well ignore the
 //! z of a vector.
 
+use std::collections::BTreeSet;
+
 use crate::graph::{FunctionId, Node, NodeId, Origin, Symbol};
 use crate::mechanics::{ForceTerm, Model};
 
@@ -56,7 +58,7 @@ fn group<'a>(
 
 /// What the roles read.
 pub(super) struct Reads {
-    symbols: Vec<Symbol>,
+    symbols: BTreeSet<Symbol>,
     functions: Vec<FunctionId>,
 }
 
@@ -68,25 +70,33 @@ impl Reads {
     /// What `roots` read.
     pub(super) fn of(model: &Model, roots: &[NodeId]) -> Self {
         let g = &model.graph;
-        let mut needed = vec![false; g.len()];
-        roots.iter().for_each(|r| needed[r.index()] = true);
-        let (mut symbols, mut functions) = (Vec::new(), Vec::new());
-        for id in g.ids().rev() {
-            if !needed[id.index()] {
-                continue;
-            }
+        let (mut symbols, mut functions) = (BTreeSet::new(), Vec::new());
+        for id in g.cone(roots) {
             match g.node(id) {
-                Node::Symbol(s) => symbols.push(s),
+                Node::Symbol(s) => drop(symbols.insert(s)),
                 Node::Smooth { function, .. } => functions.push(function),
                 _ => {}
             }
-            g.node(id).children().for_each(|c| needed[c.index()] = true);
         }
         Self { symbols, functions }
     }
 
     pub(super) fn symbol(&self, symbol: Symbol) -> bool {
         self.symbols.contains(&symbol)
+    }
+
+    /// All symbols, ascending.
+    pub(super) fn symbols(&self) -> impl Iterator<Item = Symbol> + '_ {
+        self.symbols.iter().copied()
+    }
+
+    /// The coordinates that are read, they or their derivatives.
+    pub(super) fn coordinates(&self) -> BTreeSet<usize> {
+        let of = |s: Symbol| match s {
+            Symbol::Coordinate(i) | Symbol::Rate(i) | Symbol::Acceleration(i) => Some(i as usize),
+            _ => None,
+        };
+        self.symbols().filter_map(of).collect()
     }
 
     pub(super) fn any_function(&self) -> bool {

@@ -121,25 +121,6 @@ impl Graph {
         (0..self.nodes.len() as u32).map(NodeId)
     }
 
-    /// What `roots` are made of, themselves included, children before parents.
-    #[must_use]
-    pub fn cone(&self, roots: &[NodeId]) -> Vec<NodeId> {
-        let end = roots.iter().map(|r| r.index() + 1).max().unwrap_or(0);
-        let mut needed = vec![false; end];
-        for root in roots {
-            needed[root.index()] = true;
-        }
-        let mut found = Vec::new();
-        for id in self.ids().take(end).rev() {
-            if needed[id.index()] {
-                self.node(id).children().for_each(|c| needed[c.index()] = true);
-                found.push(id);
-            }
-        }
-        found.reverse();
-        found
-    }
-
     /// Number of operations that evaluating `roots` takes once what depends on parameters alone is there.
     #[must_use]
     pub fn operations(&self, roots: &[NodeId]) -> usize {

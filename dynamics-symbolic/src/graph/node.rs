@@ -24,6 +24,23 @@ pub enum Symbol {
     Mode(u32),
 }
 
+impl Symbol {
+    /// Which of its kind it is; `None` for time.
+    #[must_use]
+    pub fn number(self) -> Option<u32> {
+        match self {
+            Self::Time => None,
+            Self::Coordinate(i)
+            | Self::Rate(i)
+            | Self::Acceleration(i)
+            | Self::Input(i)
+            | Self::Parameter(i)
+            | Self::Multiplier(i)
+            | Self::Mode(i) => Some(i),
+        }
+    }
+}
+
 /// Functions of one argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[allow(missing_docs)]

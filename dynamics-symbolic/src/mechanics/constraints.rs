@@ -8,13 +8,13 @@
 //! and a row A q̇ + b of a nonholonomic constraint stands in the place of Φ̇: A its gradient by q̇, b its
 //! value at q̇ = 0, γ = −D(A q̇ + b).
 
-use crate::calculus::{directional, gradient, remove_time, substitute};
+use crate::calculus::{ForwardSweeps, directional, gradient, gradient_entries, remove_time, substitute};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::equations::{ConstraintDerivatives, Named};
 use super::limits::MOST_NODES;
-use super::model::symbols;
 use super::model::{Constraint, Model};
+use super::model::{make_symbols, symbols};
 use super::velocity_form::transport;
 
 /// The constraints' own equations; N coordinates, R rows, the first H of them holonomic.
@@ -106,10 +106,19 @@ pub(super) fn jacobian(
     velocities: &[NodeId],
     n: usize,
 ) -> Vec<Vec<NodeId>> {
-    let one = g.one();
-    let (q, u) = (symbols(n, Symbol::Coordinate), symbols(n, Symbol::Rate));
-    let mut rows: Vec<Vec<NodeId>> = places.iter().map(|row| gradient(g, &[(*row, one)], &q)).collect();
-    rows.extend(velocities.iter().map(|row| gradient(g, &[(*row, one)], &u)));
+    let (zero, one) = (g.zero(), g.one());
+    let mut rows = Vec::with_capacity(places.len() + velocities.len());
+    for (all, kind) in [(places, Symbol::Coordinate as fn(u32) -> Symbol), (velocities, Symbol::Rate)] {
+        if !all.is_empty() {
+            make_symbols(g, n, kind);
+        }
+        for row in all {
+            let mut slopes = vec![zero; n];
+            let entries = gradient_entries(g, &[(*row, one)], kind, n);
+            entries.into_iter().for_each(|(j, slope)| slopes[j] = slope);
+            rows.push(slopes);
+        }
+    }
     rows
 }
 
@@ -135,12 +144,13 @@ pub(super) fn derivatives(
     let start = g.len();
     let reaction = reaction(g, &rows.named, rows.holonomic, n);
     let mut swept = |roots: &[NodeId], by: fn(u32) -> Symbol| {
-        let zero = g.zero();
+        let (zero, one) = (g.zero(), g.one());
+        let mut sweeps = ForwardSweeps::new(g, roots);
         let mut rows = vec![vec![zero; n]; roots.len()];
         for j in 0..n {
-            let x = by(j as u32);
-            let column = directional(g, roots, &mut |g, s| (s == x).then(|| g.one()));
-            rows.iter_mut().zip(remove_time(g, &column)).for_each(|(row, entry)| row[j] = entry);
+            let (of, column): (Vec<usize>, Vec<NodeId>) =
+                sweeps.along(g, by(j as u32), one).into_iter().unzip();
+            of.into_iter().zip(remove_time(g, &column)).for_each(|(i, entry)| rows[i][j] = entry);
             if g.len() - start > MOST_NODES {
                 return Err(g.len() - start);
             }
@@ -159,12 +169,12 @@ pub(super) fn force_by_multipliers(g: &mut Graph, force: &[NodeId], rows: usize)
     if force.iter().all(|f| !g.dependence(*f).on(Dependence::MULTIPLIERS)) {
         return None;
     }
-    let zero = g.zero();
+    let (zero, one) = (g.zero(), g.one());
+    let mut sweeps = ForwardSweeps::new(g, force);
     let mut by = vec![vec![zero; rows]; force.len()];
     for r in 0..rows {
-        let lambda = Symbol::Multiplier(r as u32);
-        let column = directional(g, force, &mut |g, s| (s == lambda).then(|| g.one()));
-        by.iter_mut().zip(column).for_each(|(row, entry)| row[r] = entry);
+        let column = sweeps.along(g, Symbol::Multiplier(r as u32), one);
+        column.into_iter().for_each(|(i, entry)| by[i][r] = entry);
     }
     Some(by)
 }

@@ -4,12 +4,12 @@
 //! With constraints r is joined by Φ_q q̈ − γ = Φ̈, Φ_qᵀλ enters its first part, and the derivatives of q̈
 //! and λ together solve the same system as q̈ and λ themselves.
 
-use crate::calculus::{ZeroDenominator, directional, gradient, remove_time, substitute};
+use crate::calculus::{ForwardSweeps, ZeroDenominator, gradient, gradient_entries, remove_time, substitute};
 use crate::graph::{Dependence, Graph, NodeId, Symbol};
 
 use super::equations::{Jacobians, Variations};
 use super::limits::MOST_NODES;
-use super::model::symbols;
+use super::model::{make_symbols, symbols};
 
 /// r = M q̈ − Q with symbols for q̈, from the entries of M and Q.
 pub(super) fn residual_by_entries(g: &mut Graph, mass: &[Vec<NodeId>], force: &[NodeId]) -> Vec<NodeId> {
@@ -152,10 +152,14 @@ impl ImplicitDerivatives<'_> {
             }
         };
         let mut result = vec![Vec::with_capacity(by.len()); self.solved.accelerations.len()];
+        let mut sweeps = ForwardSweeps::new(g, self.residual);
         for (j, x) in by.iter().enumerate() {
             let column = match sweep {
                 SweepDirection::Forward => {
-                    directional(g, self.residual, &mut |g, s| (s == *x).then(|| g.integer(-1)))
+                    let mut column = vec![g.zero(); self.residual.len()];
+                    let minus = g.integer(-1);
+                    sweeps.along(g, *x, minus).into_iter().for_each(|(i, entry)| column[i] = entry);
+                    column
                 }
                 SweepDirection::Reverse => rows.iter().map(|row| row[j]).collect(),
             };
@@ -180,17 +184,16 @@ pub(super) fn variations(
     sweep: SweepDirection,
     (n, inputs): (usize, usize),
 ) -> Result<Variations, usize> {
-    let (q, u) = (symbols(n, Symbol::Coordinate), symbols(n, Symbol::Rate));
+    let (q, u): (Symbols, Symbols) = ((Symbol::Coordinate, n), (Symbol::Rate, n));
     let start = g.len();
-    let mut by = |roots: &[NodeId], by: &[Symbol], sweep: SweepDirection| {
-        let rows = derivatives(g, roots, by, sweep);
-        if g.len() - start > MOST_NODES { Err(g.len() - start) } else { Ok(rows) }
+    let mut by = |roots: &[NodeId], by: Symbols, sweep: SweepDirection| {
+        derivatives(g, roots, by, sweep, start + MOST_NODES).ok_or_else(|| g.len() - start)
     };
     Ok(Variations {
-        by_q: by(residual, &q, sweep)?,
-        by_u: by(residual, &u, sweep)?,
-        by_inputs: by(residual, &symbols(inputs, Symbol::Input), SweepDirection::Forward)?,
-        velocity_by_q: by(velocities, &q, SweepDirection::Reverse)?,
+        by_q: by(residual, q, sweep)?,
+        by_u: by(residual, u, sweep)?,
+        by_inputs: by(residual, (Symbol::Input, inputs), SweepDirection::Forward)?,
+        velocity_by_q: by(velocities, q, SweepDirection::Reverse)?,
     })
 }
 
@@ -205,8 +208,8 @@ pub(super) fn output_variations(
 ) -> Result<Vec<NodeId>, usize> {
     let start = g.len();
     let mut by = |count: usize, symbol: fn(u32) -> Symbol| {
-        let rows = derivatives(g, outputs, &symbols(count, symbol), SweepDirection::Reverse);
-        if g.len() - start > MOST_NODES { Err(g.len() - start) } else { Ok(rows) }
+        let most = start + MOST_NODES;
+        derivatives(g, outputs, (symbol, count), SweepDirection::Reverse, most).ok_or_else(|| g.len() - start)
     };
     let all = [
         by(n, Symbol::Coordinate)?,
@@ -218,21 +221,40 @@ pub(super) fn output_variations(
     Ok(all.into_iter().flatten().flatten().collect())
 }
 
-/// ∂roots/∂by, a row per root.
-fn derivatives(g: &mut Graph, roots: &[NodeId], by: &[Symbol], sweep: SweepDirection) -> Vec<Vec<NodeId>> {
-    let one = g.one();
-    let rows: Vec<Vec<NodeId>> = match sweep {
-        SweepDirection::Reverse => roots.iter().map(|root| gradient(g, &[(*root, one)], by)).collect(),
-        SweepDirection::Forward => {
-            let mut rows = vec![Vec::with_capacity(by.len()); roots.len()];
-            for x in by {
-                let column = directional(g, roots, &mut |g, s| (s == *x).then(|| g.one()));
-                rows.iter_mut().zip(column).for_each(|(row, entry)| row.push(entry));
+/// Symbols of one kind, numbered below the second.
+type Symbols = (fn(u32) -> Symbol, usize);
+
+/// ∂roots/∂by, a row per root; `None` once the graph has more than `most` nodes.
+fn derivatives(
+    g: &mut Graph,
+    roots: &[NodeId],
+    (kind, count): Symbols,
+    sweep: SweepDirection,
+    most: usize,
+) -> Option<Vec<Vec<NodeId>>> {
+    let (zero, one) = (g.zero(), g.one());
+    let mut rows = vec![vec![zero; count]; roots.len()];
+    let within = |g: &Graph| (g.len() <= most).then_some(());
+    match sweep {
+        SweepDirection::Reverse => {
+            make_symbols(g, count, kind);
+            for (row, root) in rows.iter_mut().zip(roots) {
+                let entries = gradient_entries(g, &[(*root, one)], kind, count);
+                entries.into_iter().for_each(|(j, entry)| row[j] = entry);
+                within(g)?;
             }
-            rows
         }
-    };
-    rows.iter().map(|row| remove_time(g, row)).collect()
+        SweepDirection::Forward => {
+            let mut sweeps = ForwardSweeps::new(g, roots);
+            for j in 0..count {
+                let column = sweeps.along(g, kind(j as u32), one);
+                column.into_iter().for_each(|(i, entry)| rows[i][j] = entry);
+                within(g)?;
+            }
+        }
+    }
+    let rows = rows.iter().map(|row| remove_time(g, row)).collect();
+    within(g).map(|()| rows)
 }
 
 /// Replaces the symbols q̈ and λ by their values.

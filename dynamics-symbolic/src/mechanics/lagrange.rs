@@ -52,7 +52,7 @@ pub(super) fn lagrange(g: &mut Graph, lagrangian: NodeId, n: usize) -> Inertia {
 
 /// Derives from L = `form` + `lagrangian`: what is in velocity form by its own formulas, the rest in general.
 pub(super) fn mixed(g: &mut Graph, form: &VelocityForm, lagrangian: NodeId, n: usize) -> Inertia {
-    let columns: Vec<Vec<NodeId>> = (0..n).map(|j| form.mass_column(g, j, n)).collect();
+    let columns = form.mass_columns(g, n);
     let own: Vec<Vec<NodeId>> =
         (0..n).map(|i| (0..n).map(|j| columns[i.min(j)][i.max(j)]).collect()).collect();
     let coriolis = form.coriolis(g, &own);

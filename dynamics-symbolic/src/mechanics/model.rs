@@ -315,3 +315,10 @@ pub struct Event {
 pub(super) fn symbols(n: usize, kind: fn(u32) -> Symbol) -> Vec<Symbol> {
     (0..n as u32).map(kind).collect()
 }
+
+/// Makes their nodes, in order, where there are none yet.
+pub(super) fn make_symbols(g: &mut Graph, n: usize, kind: fn(u32) -> Symbol) {
+    for symbol in symbols(n, kind) {
+        g.symbol(symbol);
+    }
+}

@@ -11,17 +11,33 @@
 //! An angular velocity in a body frame fails that test although it is linear in q̇; what fails is left to the
 //! general derivation.
 
-use crate::calculus::{directional, gradient};
-use crate::graph::{Dependence, Graph, Node, NodeId, Symbol};
+use std::collections::BTreeMap;
+
+use crate::calculus::{ForwardSweeps, directional, gradient, gradient_entries};
+use crate::graph::{Dependence, Fingerprint, Graph, Node, NodeId, Symbol};
 
 use super::model::symbols;
 
 /// A term w·x·y of T.
 #[derive(Clone, Copy, Debug)]
 struct QuadraticTerm {
+    /// Its place in T.
+    number: usize,
     weight: NodeId,
     x: usize,
     y: usize,
+}
+
+impl QuadraticTerm {
+    /// The weight of one velocity's rate in the momentum of the other, and how many such pairs there are.
+    fn ways(&self, g: &mut Graph) -> (NodeId, usize) {
+        if self.x == self.y {
+            let two = g.integer(2);
+            (g.mul(two, self.weight), 1)
+        } else {
+            (self.weight, 2)
+        }
+    }
 }
 
 /// T split into a part in velocity form and the rest.
@@ -44,7 +60,7 @@ impl VelocityForm {
         for (weight, x, y) in terms {
             if valid.contains(&x) && valid.contains(&y) {
                 let (x, y) = (form.index(x), form.index(y));
-                form.products.push(QuadraticTerm { weight, x, y });
+                form.products.push(QuadraticTerm { number: form.products.len(), weight, x, y });
             } else {
                 let square = g.mul(x, y);
                 let term = g.mul(weight, square);
@@ -84,12 +100,7 @@ impl VelocityForm {
         let zero = g.zero();
         let mut seeds = vec![zero; x.len()];
         for product in &self.products {
-            let (weight, ways) = if product.x == product.y {
-                let two = g.integer(2);
-                (g.mul(two, product.weight), 1)
-            } else {
-                (product.weight, 2)
-            };
+            let (weight, ways) = product.ways(g);
             for (to, from) in [(product.x, product.y), (product.y, product.x)].into_iter().take(ways) {
                 let term = g.mul(weight, x[from]);
                 seeds[to] = g.add(seeds[to], term);
@@ -99,11 +110,64 @@ impl VelocityForm {
         gradient(g, &seeded, &symbols(n, Symbol::Rate))
     }
 
-    /// Column j of M.
-    pub(super) fn mass_column(&self, g: &mut Graph, j: usize, n: usize) -> Vec<NodeId> {
-        let along =
-            directional(g, &self.velocities, &mut |g, s| (s == Symbol::Rate(j as u32)).then(|| g.one()));
-        self.project(g, &along, n)
+    /// Columns of M.
+    pub(super) fn mass_columns(&self, g: &mut Graph, n: usize) -> Vec<Vec<NodeId>> {
+        let (zero, one) = (g.zero(), g.one());
+        let mut columns = Vec::with_capacity(n);
+        if n == 0 {
+            return columns;
+        }
+        let first = directional(g, &self.velocities, &mut |g, s| (s == Symbol::Rate(0)).then(|| g.one()));
+        columns.push(self.project(g, &first, n));
+        // The first sweep went back from all velocities. The others have nothing new to say of those that
+        // their coordinate does not move.
+        let mut of_velocity = vec![Vec::new(); self.velocities.len()];
+        for product in &self.products {
+            of_velocity[product.x].push(*product);
+            if product.x != product.y {
+                of_velocity[product.y].push(*product);
+            }
+        }
+        let mut sweeps = ForwardSweeps::new(g, &self.velocities);
+        for j in 1..n {
+            let along = sweeps.along(g, Symbol::Rate(j as u32), one);
+            let mut column = vec![zero; n];
+            for (i, entry) in self.project_entries(g, &along, &of_velocity, n) {
+                column[i] = entry;
+            }
+            columns.push(column);
+        }
+        columns
+    }
+
+    /// Jᵀ W x for the velocities that move, by number, whose products are given.
+    fn project_entries(
+        &self,
+        g: &mut Graph,
+        moved: &[(usize, NodeId)],
+        of_velocity: &[Vec<QuadraticTerm>],
+        n: usize,
+    ) -> Vec<(usize, NodeId)> {
+        let mut seeds: BTreeMap<usize, NodeId> = BTreeMap::new();
+        let speeds: BTreeMap<usize, NodeId> = moved.iter().copied().collect();
+        // In the order in which the products stand in T, each once.
+        let mut products: Vec<&QuadraticTerm> = moved.iter().flat_map(|(v, _)| &of_velocity[*v]).collect();
+        products.sort_by_key(|product| product.number);
+        products.dedup_by_key(|product| product.number);
+        for product in products {
+            let (weight, ways) = product.ways(g);
+            for (to, from) in [(product.x, product.y), (product.y, product.x)].into_iter().take(ways) {
+                let Some(speed) = speeds.get(&from) else { continue };
+                let term = g.mul(weight, *speed);
+                let old = seeds.get(&to).copied().unwrap_or(g.zero());
+                let sum = g.add(old, term);
+                seeds.insert(to, sum);
+            }
+        }
+        // In the order of the velocities, as all of them would be.
+        let seeded: Vec<(NodeId, NodeId)> =
+            seeds.into_iter().map(|(v, seed)| (self.velocities[v], seed)).collect();
+        gradient_entries(g, &seeded, Symbol::Rate, n)
     }
 
     /// Coriolis and centripetal terms c, on the left-hand side: by the sweep, or, in small models, by
@@ -224,11 +288,17 @@ fn is_true_velocity(g: &mut Graph, v: NodeId, n: usize) -> bool {
         return false;
     }
     let one = g.one();
-    let by_rates = gradient(g, &[(v, one)], &symbols(n, Symbol::Rate));
-    if by_rates.iter().any(|s| g.dependence(*s).on(Dependence::RATES)) {
+    let by_rates = gradient_entries(g, &[(v, one)], Symbol::Rate, n);
+    if by_rates.iter().any(|(_, s)| g.dependence(*s).on(Dependence::RATES)) {
         return false;
     }
-    let moved = directional(g, &by_rates, &mut transport);
-    let by_place = gradient(g, &[(v, one)], &symbols(n, Symbol::Coordinate));
-    moved.into_iter().zip(by_place).all(|(a, b)| g.fingerprint(a) == g.fingerprint(b))
+    let (numbers, slopes): (Vec<usize>, Vec<NodeId>) = by_rates.into_iter().unzip();
+    let moved = directional(g, &slopes, &mut transport);
+    let mut apart: BTreeMap<usize, Fingerprint> =
+        numbers.into_iter().zip(moved).map(|(i, slope)| (i, g.fingerprint(slope))).collect();
+    for (i, slope) in gradient_entries(g, &[(v, one)], Symbol::Coordinate, n) {
+        let difference = apart.entry(i).or_insert(Fingerprint::ZERO);
+        *difference = difference.sub(g.fingerprint(slope));
+    }
+    apart.into_values().all(|difference| difference == Fingerprint::ZERO)
 }

@@ -47,10 +47,22 @@ pub(in crate::check) enum Outcome {
 /// Rows in echelon form.
 #[derive(Clone, Debug, Default)]
 pub(in crate::check) struct Echelon {
-    /// The reduced row, leading entry 1, its right-hand side, and what it is made of.
-    reduced: Vec<(SparseVector, Fingerprint, SparseVector)>,
+    reduced: Vec<ReducedRow>,
     /// Position in `reduced` of the row that leads with a column.
     leading: Vec<Option<usize>>,
+}
+
+/// A row less multiples of those before, leading entry 1.
+#[derive(Clone, Debug)]
+struct ReducedRow {
+    entries: SparseVector,
+    right: Fingerprint,
+    name: usize,
+    /// What was subtracted, by position in [`Echelon::reduced`]. What the row is made of in terms of the rows
+    /// that were given follows from all of these; in a long chain each row is made of all before it.
+    subtracted: Vec<(usize, Fingerprint)>,
+    /// What the difference was multiplied by.
+    scale: Fingerprint,
 }
 
 impl Echelon {
@@ -61,34 +73,53 @@ impl Echelon {
 
     /// Adds a row with its right-hand side, unless it depends on those that are there.
     pub(in crate::check) fn add(&mut self, name: usize, row: &SparseVector, right: Fingerprint) -> Outcome {
-        let (mut row, mut right, mut made) = (row.clone(), right, vec![(name, Fingerprint::ONE)]);
+        let (mut row, mut right, mut subtracted) = (row.clone(), right, Vec::new());
         // Entries before the current one lead no reduced row.
         let mut at = 0;
         while at < row.len() {
             let (column, value) = row[at];
             match self.leading.get(column).copied().flatten() {
                 Some(known) => {
-                    let (other, its_right, its_made) = &self.reduced[known];
-                    row = minus(&row, value, other);
-                    right = right.sub(value.mul(*its_right));
-                    made = minus(&made, value, its_made);
+                    let other = &self.reduced[known];
+                    row = minus(&row, value, &other.entries);
+                    right = right.sub(value.mul(other.right));
+                    subtracted.push((known, value));
                 }
                 None => at += 1,
             }
         }
         let Some((column, value)) = row.first().copied() else {
-            let own = |(r, _): &(usize, Fingerprint)| *r != name;
-            let coefficients = made.into_iter().filter(own).map(|(r, c)| (r, c.neg())).collect();
+            let coefficients = self.coefficients(&subtracted);
             return Outcome::Dependent { coefficients, consistent: right == Fingerprint::ZERO };
         };
-        let scale = |x: Fingerprint| x.div(value);
-        let scaled = |v: SparseVector| v.into_iter().map(|(i, x)| (i, scale(x))).collect::<SparseVector>();
+        let scale = Fingerprint::ONE.div(value);
+        let entries = row.into_iter().map(|(i, x)| (i, x.mul(scale))).collect();
         if self.leading.len() <= column {
             self.leading.resize(column + 1, None);
         }
         self.leading[column] = Some(self.reduced.len());
-        self.reduced.push((scaled(row), scale(right), scaled(made)));
+        self.reduced.push(ReducedRow { entries, right: right.mul(scale), name, subtracted, scale });
         Outcome::Independent
+    }
+
+    /// A sum of multiples of reduced rows in terms of the rows that were given.
+    fn coefficients(&self, sum: &[(usize, Fingerprint)]) -> SparseVector {
+        let mut factors = vec![Fingerprint::ZERO; self.reduced.len()];
+        sum.iter().for_each(|(at, factor)| factors[*at] = factors[*at].add(*factor));
+        let mut given = Vec::new();
+        // From the last to the first, as each is made of rows before it.
+        for (at, row) in self.reduced.iter().enumerate().rev() {
+            let factor = factors[at].mul(row.scale);
+            if factor == Fingerprint::ZERO {
+                continue;
+            }
+            given.push((row.name, factor));
+            for (before, x) in &row.subtracted {
+                factors[*before] = factors[*before].sub(factor.mul(*x));
+            }
+        }
+        given.sort_unstable_by_key(|(name, _)| *name);
+        given
     }
 }
 
