@@ -22,8 +22,11 @@ pub struct Programs {
     /// q̈ (N), then for every pivot Dᵢ and Mᵢᵢ; with constraints as in [`ConstraintPrograms`]. Staged: what
     /// depends on parameters alone is hoisted.
     pub accelerations: Program,
-    /// M, N×N by rows.
+    /// M, N×N by rows; without results where it is left out.
     pub mass_matrix: Program,
+    /// M q̈ (N), reading accelerations as symbols, where M is left out: the columns of M are those of unit
+    /// accelerations.
+    pub mass_product: Option<Program>,
     /// Q (N).
     pub generalized_force: Program,
     /// ∂L/∂q̇ (N).
@@ -134,6 +137,8 @@ pub enum NoJacobians {
     TooLarge(Excess),
     /// q̈ is found by the general solver, at run time.
     General,
+    /// M is left out, and q̈ found without it.
+    NoMassMatrix,
 }
 
 /// Programs for the derivatives of q̈; with constraints pivot and scale of every guard stand in the place of
@@ -226,6 +231,7 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     let withheld = programs.jacobians.as_ref().err().map(|reason| match reason {
         NoJacobians::TooLarge(e) => (e.function.as_str(), NoDerivatives::TooLarge(e.operations)),
         NoJacobians::General => ("state_jacobian", NoDerivatives::General),
+        NoJacobians::NoMassMatrix => ("state_jacobian", NoDerivatives::NoMassMatrix),
     });
     let mut report = text::report(&model, &equations, &constraints, &printed, withheld);
     let mut listing = text::listing(&model, &equations, &printed);
@@ -249,6 +255,9 @@ fn bindings(states: &[Sample]) -> Vec<&dyn Bindings> {
 fn findings(model: &mut Model, reason: &Underivable) -> Vec<Finding> {
     match reason {
         Underivable::Singular(i) => check::singular(model, *i),
+        Underivable::TooLarge(operations) => {
+            vec![Excess { function: "mass_matrix".to_owned(), operations: *operations }.into_finding()]
+        }
         Underivable::ZeroDenominator => vec![Finding::ZeroDenominator],
     }
 }
@@ -260,7 +269,7 @@ fn too_many_derivatives(model: &Model, e: &Equations) -> Vec<Finding> {
     let named = named.chain(e.conserved.iter().map(|c| &c.quantity)).map(|n| n.node);
     let mut roots: Vec<NodeId> = e.accelerations.iter().copied().chain(named).collect();
     // What cancels in the accelerations is still printed by the functions that return it.
-    roots.extend(e.mass_matrix.iter().flatten().chain(&e.generalized_force).chain(&e.momenta));
+    roots.extend(e.inertia().chain(&e.generalized_force).chain(&e.momenta));
     roots.extend(e.pivots.iter().flat_map(|p| [p.pivot, p.diagonal]));
     roots.extend(e.energies.into_iter().flat_map(|(t, v)| [t, v]).chain([e.energy_function]));
     if let Ok(j) = &e.jacobians {
@@ -323,6 +332,7 @@ fn programs(model: &Model, e: &Equations) -> Programs {
     Programs {
         accelerations: staged("accelerations", &[accelerations, multipliers, &checks].concat()),
         mass_matrix: inline("mass_matrix", &flat(&e.mass_matrix)),
+        mass_product: e.leaves_out_mass_matrix().then(|| inline("mass_product", &e.mass_product)),
         generalized_force: inline("generalized_force", &e.generalized_force),
         momenta: inline("momenta", &e.momenta),
         energy_function: inline("energy_function", &[e.energy_function]),
@@ -332,6 +342,7 @@ fn programs(model: &Model, e: &Equations) -> Programs {
         powers: inline("powers", &nodes(&e.powers)),
         jacobians: match &e.jacobians {
             Err(NoDerivatives::General) => Err(NoJacobians::General),
+            Err(NoDerivatives::NoMassMatrix) => Err(NoJacobians::NoMassMatrix),
             Err(NoDerivatives::TooLarge(nodes)) => {
                 Err(NoJacobians::TooLarge(Excess { function: "state_jacobian".into(), operations: *nodes }))
             }
@@ -503,7 +514,8 @@ impl Programs {
             &self.events,
         ];
         let constraints = self.constraints.iter().flat_map(ConstraintPrograms::required);
-        always.into_iter().chain(&self.kinetic_energy).chain(&self.potential_energy).chain(constraints)
+        let always = always.into_iter().chain(&self.mass_product);
+        always.chain(&self.kinetic_energy).chain(&self.potential_energy).chain(constraints)
     }
 }
 

@@ -79,6 +79,8 @@ pub enum Unexpandable {
     Friction,
     /// So many operations per coefficient.
     TooLarge(usize),
+    /// M is left out as too large.
+    NoMassMatrix,
 }
 
 /// Most operations of [`Series::start`], and of the function that computes the coefficients of one order. A
@@ -90,6 +92,9 @@ pub const MOST_OPERATIONS: usize = 3_000;
 /// # Errors
 /// Why they cannot be expanded.
 pub fn expand(graph: &mut Graph, equations: &Equations) -> Result<Series, Unexpandable> {
+    if equations.leaves_out_mass_matrix() {
+        return Err(Unexpandable::NoMassMatrix);
+    }
     // An expansion takes at least as many operations for each order: large models are not tried.
     let terms = [&equations.mass_matrix.concat()[..], &equations.generalized_force].concat();
     let operations = graph.operations(&terms);

@@ -21,6 +21,10 @@ pub(super) fn definite(model: &Model, equations: &Equations, found: &mut Vec<Fin
     if model.energies.iter().any(|e| e.role == EnergyRole::Lagrangian) {
         return;
     }
+    // Pivots are looked at in every state that is met, so that without M the first one refuses.
+    if equations.leaves_out_mass_matrix() {
+        return;
+    }
     let mass: Vec<NodeId> = equations.mass_matrix.iter().flatten().copied().collect();
     let reads = Reads::of(model, &mass);
     if reads.any_function() {

@@ -51,7 +51,7 @@ impl Hazards {
     pub fn of(model: &Model, equations: &Equations) -> Self {
         let g = &model.graph;
         let mut needed = vec![false; g.len()];
-        let mass = equations.mass_matrix.iter().flatten();
+        let mass = equations.inertia();
         let held = equations.constraints.iter().flat_map(|c| {
             // Of rows on velocities the offset is no part of γ where it jumps.
             c.jacobian.iter().flatten().chain(&c.gamma).chain(&c.residual).chain(&c.velocity_offset)

@@ -14,7 +14,12 @@ pub(super) fn null_space(rows: Vec<Vec<Fingerprint>>, n: usize) -> Vec<Vec<Finge
     let sparse = |row: Vec<Fingerprint>| {
         row.into_iter().enumerate().filter(|(_, x)| *x != Fingerprint::ZERO).collect()
     };
-    let basis = FreeColumns::new(rows.into_iter().map(sparse).collect(), n);
+    null_space_of(rows.into_iter().map(sparse).collect(), n)
+}
+
+/// The same of sparse rows.
+pub(super) fn null_space_of(rows: Vec<BTreeMap<usize, Fingerprint>>, n: usize) -> Vec<Vec<Fingerprint>> {
+    let basis = FreeColumns::new(rows, n);
     let dense = |(_, entries): (usize, &BTreeMap<usize, Fingerprint>)| {
         let mut x = vec![Fingerprint::ZERO; n];
         entries.iter().for_each(|(c, value)| x[*c] = *value);

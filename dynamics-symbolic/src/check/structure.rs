@@ -22,6 +22,8 @@ pub enum Pattern {
     Sparse(usize),
     /// No zeros.
     Dense,
+    /// M is left out.
+    LeftOut,
 }
 
 /// How far the equations are from linear ones.
@@ -63,10 +65,12 @@ impl Structure {
     pub fn of(model: &Model, equations: &Equations) -> Self {
         let g = &model.graph;
         let all = |nodes: &[NodeId]| nodes.iter().fold(Dependence::NONE, |d, n| d.with(g.dependence(*n)));
-        let mass_nodes: Vec<NodeId> = equations.mass_matrix.iter().flatten().copied().collect();
+        let mass_nodes: Vec<NodeId> = equations.inertia().copied().collect();
+        // What is linear in q̈ does not make M depend on it.
+        let mass = all(&mass_nodes).without(Dependence::ACCELERATIONS);
         Self {
             pattern: pattern(model, equations),
-            mass: all(&mass_nodes),
+            mass,
             force: all(&equations.generalized_force),
             constraints: model
                 .constraints
@@ -74,7 +78,7 @@ impl Structure {
                 .flat_map(|c| &c.components)
                 .fold(Dependence::NONE, |d, (_, node)| d.with(g.dependence(*node))),
             subsystems: subsystems(model, equations),
-            linearity: linearity(model, equations, all(&mass_nodes)),
+            linearity: linearity(model, equations, mass),
             ignorable: ignorable(model),
             gyroscopic: gyroscopic(model, equations),
         }
@@ -107,6 +111,9 @@ fn components(coupled: &[BTreeSet<usize>]) -> Vec<Vec<usize>> {
 }
 
 fn pattern(model: &Model, equations: &Equations) -> Pattern {
+    if equations.leaves_out_mass_matrix() {
+        return Pattern::LeftOut;
+    }
     let (m, n) = (&equations.mass_matrix, equations.mass_matrix.len());
     let couples = |i: usize, j: usize| !model.graph.is_zero(m[i][j]);
     let below = || (0..n).flat_map(|i| (0..i).map(move |j| (i, j)));
@@ -131,7 +138,8 @@ fn subsystems(model: &Model, equations: &Equations) -> Vec<Vec<usize>> {
     let n = model.coordinates.len();
     let reads: Vec<Reads> = (0..n)
         .map(|i| {
-            let mut nodes = equations.mass_matrix[i].clone();
+            let mut nodes = equations.mass_matrix.get(i).cloned().unwrap_or_default();
+            nodes.extend(equations.mass_product.get(i));
             nodes.push(equations.generalized_force[i]);
             Reads::of(model, &nodes)
         })
@@ -145,13 +153,11 @@ fn subsystems(model: &Model, equations: &Equations) -> Vec<Vec<usize>> {
         let own: Vec<usize> = row.coordinates().into_iter().collect();
         own.windows(2).for_each(|pair| couple(pair[0], pair[1]));
     }
-    for (i, (reads, row)) in reads.iter().zip(&equations.mass_matrix).enumerate() {
+    for (i, row) in equations.mass_matrix.iter().enumerate() {
         (0..n).filter(|j| !model.graph.is_zero(row[*j])).for_each(|j| couple(i, j));
-        for symbol in reads.symbols() {
-            if let Symbol::Coordinate(j) | Symbol::Rate(j) = symbol {
-                couple(i, j as usize);
-            }
-        }
+    }
+    for (i, reads) in reads.iter().enumerate() {
+        reads.coordinates().into_iter().for_each(|j| couple(i, j));
     }
     components(&coupled)
 }

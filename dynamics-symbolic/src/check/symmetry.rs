@@ -17,8 +17,8 @@ use crate::mechanics::{
 };
 
 use super::choices::deciders;
-use super::constraints::exact::{Echelon, Outcome};
-use super::modular::{combination, integers, null_space};
+use super::constraints::exact::{Echelon, Outcome, SparseVector};
+use super::modular::{combination, integers, null_space_of};
 use super::units::{Dimension, Exponent, System, Unit};
 
 /// Finds what is conserved, the energy first.
@@ -27,7 +27,10 @@ pub fn conserved(model: &mut Model, equations: &Equations) -> Vec<ConservedQuant
     let rates = momentum_rates(model, equations);
     let mut slopes = choice_slopes(model);
     // The reactions Φ_qᵀλ do not act along directions that no constraint restricts.
-    slopes.extend(equations.constraints.iter().flat_map(|c| c.jacobian.iter().cloned()));
+    let entries = |row: &Vec<NodeId>| {
+        row.iter().copied().enumerate().filter(|(_, x)| !model.graph.is_zero(*x)).collect()
+    };
+    slopes.extend(equations.constraints.iter().flat_map(|c| c.jacobian.iter().map(entries)));
     for c in constant_directions(model, &rates, &slopes) {
         let names: Vec<&str> = model.coordinates.iter().map(|c| c.name.as_str()).collect();
         let name = format!("momentum of {}", combination(&c, &names));
@@ -91,12 +94,14 @@ fn switches_in_time(model: &mut Model, roots: &[NodeId]) -> bool {
 }
 
 /// Gradients by the coordinates of what decides the choices in L and in the places of forces.
-fn choice_slopes(model: &mut Model) -> Vec<Vec<NodeId>> {
+fn choice_slopes(model: &mut Model) -> Vec<Vec<(usize, NodeId)>> {
     let coordinates: Vec<Symbol> = (0..model.coordinates.len() as u32).map(Symbol::Coordinate).collect();
     let places = places(model);
     let g = &mut model.graph;
     let one = g.one();
-    deciders(g, &places).into_iter().map(|d| gradient(g, &[(d, one)], &coordinates)).collect()
+    let deciders = deciders(g, &places);
+    let slopes = |d: NodeId| gradient(g, &[(d, one)], &coordinates).into_iter().enumerate().collect();
+    deciders.into_iter().map(slopes).collect()
 }
 
 /// ṗ as fingerprints can tell: (Q, transport) per coordinate.
@@ -109,40 +114,51 @@ fn momentum_rates(model: &mut Model, equations: &Equations) -> Vec<(NodeId, Node
     equations.generalized_force.iter().copied().zip(transport).collect()
 }
 
-/// Integer vectors c with cᵀṗ ≡ 0 and cᵀs ≡ 0 for the slopes s of what decides choices and of constraints.
-fn constant_directions(model: &Model, rates: &[(NodeId, NodeId)], slopes: &[Vec<NodeId>]) -> Vec<Vec<i64>> {
+/// Integer vectors c with cᵀṗ ≡ 0 and cᵀs ≡ 0 for the slopes s, by coordinate, of what decides choices and of
+/// constraints.
+fn constant_directions(
+    model: &Model,
+    rates: &[(NodeId, NodeId)],
+    slopes: &[Vec<(usize, NodeId)>],
+) -> Vec<Vec<i64>> {
     let n = rates.len();
     if n == 0 {
         return Vec::new();
     }
     let forces = rates.iter().map(|(q, _)| *q);
-    let nodes: Vec<NodeId> =
-        forces.chain(rates.iter().map(|(_, t)| *t)).chain(slopes.iter().flatten().copied()).collect();
+    let entries = slopes.iter().flatten().map(|(_, slope)| *slope);
+    let nodes: Vec<NodeId> = forces.chain(rates.iter().map(|(_, t)| *t)).chain(entries).collect();
     let sampler = Sampler::new(&model.graph, &nodes);
-    let sum = |values: &[Fingerprint]| -> Vec<Vec<Fingerprint>> {
-        let momentum = (0..n).map(|i| values[i].add(values[n + i])).collect();
-        core::iter::once(momentum).chain(values[2 * n..].chunks(n).map(<[_]>::to_vec)).collect()
+    let sum = |values: &[Fingerprint]| -> Vec<SparseVector> {
+        let momentum = (0..n).map(|i| (i, values[i].add(values[n + i]))).collect();
+        let mut slope = values[2 * n..].iter();
+        let mut value = |(j, _): &(usize, NodeId)| (*j, *slope.next().expect("a value for every node"));
+        let slopes = slopes.iter().map(|row| row.iter().map(&mut value).collect());
+        let mut rows: Vec<SparseVector> = core::iter::once(momentum).chain(slopes).collect();
+        rows.iter_mut().for_each(|row| row.retain(|(_, x)| *x != Fingerprint::ZERO));
+        rows
     };
     let rows = independent_rows(n, &mut |point| sum(&sampler.at(point)));
     let values: Vec<Fingerprint> = nodes.iter().map(|id| model.graph.fingerprint(*id)).collect();
     let vanishing = sum(&values);
-    let along = |c: &[i64], row: &[Fingerprint]| {
-        let term = |(c, value): (&i64, &Fingerprint)| Fingerprint::number(Number::integer(*c)).mul(*value);
-        c.iter().zip(row).map(term).fold(Fingerprint::ZERO, Fingerprint::add)
+    let along = |c: &[i64], row: &SparseVector| {
+        let term =
+            |(j, value): &(usize, Fingerprint)| Fingerprint::number(Number::integer(c[*j])).mul(*value);
+        row.iter().map(term).fold(Fingerprint::ZERO, Fingerprint::add)
     };
     let verified = |c: &Vec<i64>| vanishing.iter().all(|row| along(c, row) == Fingerprint::ZERO);
-    null_space(rows, n).iter().filter_map(|v| integers(v)).filter(verified).collect()
+    let sparse = rows.into_iter().map(|row| row.into_iter().collect()).collect();
+    null_space_of(sparse, n).iter().filter_map(|v| integers(v)).filter(verified).collect()
 }
 
 /// Independent rows among those of as many random points as it takes: at most n have something new, and after
 /// two without nothing else comes.
-fn independent_rows(n: usize, rows: &mut dyn FnMut(u64) -> Vec<Vec<Fingerprint>>) -> Vec<Vec<Fingerprint>> {
+fn independent_rows(n: usize, rows: &mut dyn FnMut(u64) -> Vec<SparseVector>) -> Vec<SparseVector> {
     let (mut echelon, mut found, mut idle) = (Echelon::default(), Vec::new(), 0);
     for point in 0..n as u64 + 2 {
         let before = found.len();
         for row in rows(point) {
-            let entries = row.iter().copied().enumerate().filter(|(_, x)| *x != Fingerprint::ZERO).collect();
-            if echelon.add(found.len(), &entries, Fingerprint::ZERO) == Outcome::Independent {
+            if echelon.add(found.len(), &row, Fingerprint::ZERO) == Outcome::Independent {
                 found.push(row);
             }
         }

@@ -214,6 +214,11 @@ impl Dependence {
     pub const fn with(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
+    /// What is left without `other`'s kinds.
+    #[must_use]
+    pub const fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
     /// Whether some of `other`'s kinds are contained.
     #[must_use]
     pub fn on(self, other: Self) -> bool {

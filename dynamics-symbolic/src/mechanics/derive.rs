@@ -13,7 +13,8 @@ use super::equations::{
 };
 use super::forces::{dissipated, generalized, power};
 use super::inverse::{self, Residual, SOLVED_FOR, SweepDirection, residual_by_entries};
-use super::lagrange::{Inertia, inverse as inverse_dynamics, lagrange, mixed};
+use super::lagrange::{Inertia, inverse as inverse_dynamics, lagrange, mixed, without_mass_matrix};
+use super::limits::{MOST_NODES, MOST_OPERATIONS};
 use super::model::{Energy, EnergyRole, Force, Model, Output};
 use super::solution::{Manifold, Solved, with_constraints};
 use super::speeds::{CoordinateEquations, Speeds};
@@ -50,7 +51,11 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
         }
     });
     parts.rewrite(g, &mut energies);
-    let (inertia, free_force) = parts.balance(g, &applied, n);
+    let can_do_without = rows.is_none() && speeds.is_none();
+    let (inertia, free_force) = match parts.without_mass_matrix(g, n).filter(|_| can_do_without) {
+        Some(inertia) => parts.balanced(g, inertia, &applied),
+        None => parts.balance(g, &applied, n),
+    };
     let mut powers = powers(g, &applied, energies.lagrangian);
     powers.extend(
         rows.iter().flat_map(|rows| constraints::powers(g, &model.constraints, &rows.velocity_offset)),
@@ -100,6 +105,7 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
     Ok(Equations {
         derivation: parts.derivation,
         mass_matrix: inertia.mass,
+        mass_product: inertia.product,
         generalized_force: inertia.force,
         momenta: inertia.momenta,
         conserved: Vec::new(),
@@ -267,6 +273,10 @@ impl Energies {
     }
 }
 
+/// Fewest coordinates of a model whose M may be left out. The M of smaller ones has no more than 820 different
+/// elements, and is worth its operations.
+const FEWEST_COORDINATES_WITHOUT_MASS_MATRIX: usize = 40;
+
 /// L as bodies that hang on one another, a part in velocity form and a general rest.
 struct Parts {
     bodies: Option<Tree>,
@@ -360,6 +370,16 @@ impl Parts {
     /// M, Q and p with the applied forces, and Q without those that contain reactions.
     fn balance(&self, g: &mut Graph, applied: &[(String, Vec<NodeId>)], n: usize) -> (Inertia, Vec<NodeId>) {
         let inertia = self.inertia(g, n);
+        self.balanced(g, inertia, applied)
+    }
+
+    /// The same of what follows from L alone.
+    fn balanced(
+        &self,
+        g: &mut Graph,
+        inertia: Inertia,
+        applied: &[(String, Vec<NodeId>)],
+    ) -> (Inertia, Vec<NodeId>) {
         let all =
             applied.iter().fold(inertia.force.clone(), |total, (_, part)| each(g, &total, part, Graph::add));
         let without = free_force(g, &inertia.force, applied);
@@ -367,10 +387,33 @@ impl Parts {
         // results.
         let inertia = Inertia {
             mass: inertia.mass.iter().map(|row| remove_time(g, row)).collect(),
+            product: remove_time(g, &inertia.product),
+            left_out: inertia.left_out,
             force: remove_time(g, &all),
             momenta: remove_time(g, &inertia.momenta),
         };
         (inertia, remove_time(g, &without))
+    }
+
+    /// What follows from L without M, where M is too large to be emitted and all velocities are those of a
+    /// velocity form.
+    fn without_mass_matrix(&self, g: &mut Graph, n: usize) -> Option<Inertia> {
+        let apart = self.derivation == Derivation::VelocityForm
+            && !self.form.velocities().iter().any(|v| g.dependence(*v).on(Dependence::TIME));
+        if n < FEWEST_COORDINATES_WITHOUT_MASS_MATRIX || !apart {
+            return None;
+        }
+        // On a copy, so that an M that is not wanted leaves no trace.
+        let mut trial = g.clone();
+        let most = trial.len() + MOST_NODES;
+        let columns = self.form.mass_columns(&mut trial, n, most);
+        let works = |id: &&NodeId| trial.node(**id).children().next().is_some();
+        let operations = match columns {
+            Some(columns) => trial.cone(&columns.concat()).iter().filter(works).count(),
+            None => trial.len() - g.len(),
+        };
+        let too_large = operations > MOST_OPERATIONS;
+        too_large.then(|| without_mass_matrix(g, &self.form, self.general, n, operations))
     }
 
     fn inverse(&self, g: &mut Graph, n: usize) -> Vec<NodeId> {

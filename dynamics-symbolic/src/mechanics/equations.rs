@@ -11,6 +11,9 @@ use super::model::Model;
 pub enum Underivable {
     /// A pivot of M is identically zero: the coordinate's index.
     Singular(usize),
+    /// M is too large to be emitted, by so many operations or nodes, and nothing solves the equations without
+    /// it.
+    TooLarge(usize),
     /// A denominator in an output or event is identically zero once the accelerations are put in.
     ZeroDenominator,
 }
@@ -133,6 +136,8 @@ pub enum NoDerivatives {
     TooLarge(usize),
     /// q̈ is found by the general solver, at run time.
     General,
+    /// M is left out, and q̈ found without it.
+    NoMassMatrix,
 }
 
 /// The equations of motion M q̈ = Q and what is derived from them; N coordinates.
@@ -140,8 +145,10 @@ pub enum NoDerivatives {
 pub struct Equations {
     /// How they were derived.
     pub derivation: Derivation,
-    /// M(q,t), N×N, symmetric.
+    /// M(q,t), N×N, symmetric; without rows where it is left out as too large to be emitted.
     pub mass_matrix: Vec<Vec<NodeId>>,
+    /// M q̈ with symbols for q̈ where M itself is left out: columns of M follow one by one. Empty elsewhere.
+    pub mass_product: Vec<NodeId>,
     /// Q(q,q̇,t).
     pub generalized_force: Vec<NodeId>,
     /// q̈ = M⁻¹Q; empty where there are constraints, whose [`Solution`] has it.
@@ -179,6 +186,17 @@ pub struct Equations {
 }
 
 impl Equations {
+    /// What stands for M: its elements, or where it is left out M q̈.
+    pub fn inertia(&self) -> impl Iterator<Item = &NodeId> {
+        self.mass_matrix.iter().flatten().chain(&self.mass_product)
+    }
+
+    /// Whether M is left out.
+    #[must_use]
+    pub fn leaves_out_mass_matrix(&self) -> bool {
+        !self.mass_product.is_empty()
+    }
+
     /// Whether Q contains velocities, by themselves or through reactions. If not, M is constant: one that
     /// moves brings Coriolis terms.
     #[must_use]
@@ -196,7 +214,7 @@ impl Equations {
             let rows = c.residual.iter().chain(&c.velocity_residual).chain(&c.gamma);
             rows.chain(c.jacobian.iter().flatten())
         });
-        let free = self.mass_matrix.iter().flatten().chain(&self.generalized_force);
+        let free = self.inertia().chain(&self.generalized_force);
         free.chain(of_rows).any(|id| g.dependence(*id).on(Dependence::TIME))
     }
 }

@@ -71,6 +71,12 @@ impl Solved {
         };
         let through_bodies = |g: &mut Graph| articulated_form(g).and_then(|form| form.solve(g).ok());
         let through_rods = |g: &mut Graph| articulated_form(g).and_then(|form| form.solve_for_rod_forces(g));
+        if inertia.left_out > 0 {
+            let form = articulated_form(g).ok_or(Underivable::TooLarge(inertia.left_out))?;
+            let solved = form.solve_for_rod_forces(g).map_or_else(|| form.solve(g), Ok);
+            let Stationary { unknowns, pivots } = solved.map_err(Underivable::Singular)?;
+            return Ok(Self::Free { accelerations: unknowns, pivots, solver: None });
+        }
         // All on copies, so that what is not taken leaves no trace.
         let weight = |solve: &dyn Fn(&mut Graph) -> Option<Stationary>| {
             let mut trial = g.clone();
@@ -231,6 +237,9 @@ impl Solved {
                 let solve = |g: &mut Graph, right: &[NodeId]| solver.solve(g, right, &[]).0;
                 let solved = SolvedFor { accelerations, multipliers: &[], solve: &solve };
                 withheld(jacobians(g, &[swept, entered], sweep, &solved, size))
+            }
+            (Self::Free { solver: None, .. }, _) if inertia.left_out > 0 => {
+                Ok(Err(NoDerivatives::NoMassMatrix))
             }
             (Self::Free { accelerations, solver: None, .. }, _) => {
                 // Pivots stand in the graph already, whichever way they were found.

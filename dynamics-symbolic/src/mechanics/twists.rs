@@ -35,7 +35,7 @@ impl Tree {
         let bias = self.forces(g, transport);
         let force = bias.into_iter().map(|b| g.neg(b)).collect();
         let momenta = self.momenta(g);
-        Inertia { mass, force, momenta }
+        Inertia { mass, product: Vec::new(), left_out: 0, force, momenta }
     }
 
     /// M q̈ − Q of the bodies, with symbols for q̈.

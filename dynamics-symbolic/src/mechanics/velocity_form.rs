@@ -11,7 +11,7 @@
 //! An angular velocity in a body frame fails that test although it is linear in q̇; what fails is left to the
 //! general derivation.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::calculus::{ForwardSweeps, directional, gradient, gradient_entries};
 use crate::graph::{Dependence, Fingerprint, Graph, Node, NodeId, Symbol};
@@ -110,12 +110,12 @@ impl VelocityForm {
         gradient(g, &seeded, &symbols(n, Symbol::Rate))
     }
 
-    /// Columns of M.
-    pub(super) fn mass_columns(&self, g: &mut Graph, n: usize) -> Vec<Vec<NodeId>> {
+    /// Columns of M; `None` once the graph has more than `most` nodes.
+    pub(super) fn mass_columns(&self, g: &mut Graph, n: usize, most: usize) -> Option<Vec<Vec<NodeId>>> {
         let (zero, one) = (g.zero(), g.one());
         let mut columns = Vec::with_capacity(n);
         if n == 0 {
-            return columns;
+            return Some(columns);
         }
         let first = directional(g, &self.velocities, &mut |g, s| (s == Symbol::Rate(0)).then(|| g.one()));
         columns.push(self.project(g, &first, n));
@@ -136,8 +136,20 @@ impl VelocityForm {
                 column[i] = entry;
             }
             columns.push(column);
+            if g.len() > most {
+                return None;
+            }
         }
-        columns
+        Some(columns)
+    }
+
+    /// M q̈ with symbols for q̈.
+    pub(super) fn mass_product(&self, g: &mut Graph, n: usize) -> Vec<NodeId> {
+        let moved = directional(g, &self.velocities, &mut |g, s| match s {
+            Symbol::Rate(j) => Some(g.symbol(Symbol::Acceleration(j))),
+            _ => None,
+        });
+        self.project(g, &moved, n)
     }
 
     /// Jᵀ W x for the velocities that move, by number, whose products are given.
@@ -193,7 +205,7 @@ impl VelocityForm {
     /// Most coordinates for which products of velocities are tried. Their number grows with the cube.
     const MOST_COORDINATES: usize = 4;
 
-    fn coriolis_by_sweep(&self, g: &mut Graph, n: usize) -> Vec<NodeId> {
+    pub(super) fn coriolis_by_sweep(&self, g: &mut Graph, n: usize) -> Vec<NodeId> {
         let accelerations = directional(g, &self.velocities, &mut transport);
         self.project(g, &accelerations, n)
     }
@@ -276,11 +288,28 @@ fn products(g: &mut Graph, kinetic: NodeId) -> (Vec<(NodeId, NodeId, NodeId)>, V
     (found, others)
 }
 
-/// Those of `candidates` for which d/dt(∂v/∂q̇) = ∂v/∂q. Worked out on a copy, so that nothing of it stays in
-/// the graph.
-fn true_velocities(g: &Graph, candidates: &[NodeId], n: usize) -> Vec<NodeId> {
+/// Those of `candidates`, ascending, for which d/dt(∂v/∂q̇) = ∂v/∂q. Worked out on a copy, so that nothing of
+/// it stays in the graph.
+fn true_velocities(g: &Graph, candidates: &[NodeId], n: usize) -> BTreeSet<NodeId> {
     let mut scratch = g.clone();
-    candidates.iter().copied().filter(|v| is_true_velocity(&mut scratch, *v, n)).collect()
+    let mut valid = BTreeSet::new();
+    for v in candidates {
+        // The condition is linear in v: in a chain, each velocity is that of the link before and a short term.
+        let further = match g.node(*v) {
+            Node::Add(a, b) | Node::Sub(a, b) => match [a, b].map(|x| valid.contains(&x)) {
+                [true, true] => None,
+                [true, false] => Some(b),
+                [false, true] => Some(a),
+                [false, false] => Some(*v),
+            },
+            _ => Some(*v),
+        };
+        let holds = |g: &mut Graph, v: NodeId| is_true_velocity(g, v, n);
+        if further.is_none_or(|x| holds(&mut scratch, x) || x != *v && holds(&mut scratch, *v)) {
+            valid.insert(*v);
+        }
+    }
+    valid
 }
 
 fn is_true_velocity(g: &mut Graph, v: NodeId, n: usize) -> bool {

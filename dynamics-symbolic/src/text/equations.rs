@@ -44,7 +44,7 @@ enum Side {
 
 /// What the page shows, in the order of its nodes.
 struct Contents {
-    /// Below and on the diagonal of M.
+    /// Below and on the diagonal of M, where it is not zero; ascending.
     lower: Vec<(usize, usize)>,
     /// M, Q, Φ_qᵀλ where there are constraints, then T and V, then the rows of the constraints.
     nodes: Vec<NodeId>,
@@ -56,8 +56,9 @@ struct Contents {
 
 impl Contents {
     fn new(g: &mut Graph, e: &Equations) -> Self {
-        let n = e.mass_matrix.len();
-        let lower: Vec<(usize, usize)> = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j))).collect();
+        let n = e.generalized_force.len();
+        let below = (0..e.mass_matrix.len()).flat_map(|i| (0..=i).map(move |j| (i, j)));
+        let lower: Vec<(usize, usize)> = below.filter(|(i, j)| !g.is_zero(e.mass_matrix[*i][*j])).collect();
         let mut nodes: Vec<NodeId> = lower.iter().map(|(i, j)| e.mass_matrix[*i][*j]).collect();
         nodes.extend(&e.generalized_force);
         let reaction = nodes.len();
@@ -72,14 +73,16 @@ impl Contents {
     }
 
     fn mass(&self, i: usize, j: usize) -> usize {
-        let (i, j) = (i.max(j), i.min(j));
-        i * (i + 1) / 2 + j
+        let at = self.lower.binary_search(&(i.max(j), i.min(j)));
+        at.expect("only elements that are not zero are written")
     }
 }
 
 struct Page {
     formulas: Formulas,
     rows: bool,
+    /// Whether M is left out.
+    left_out: bool,
     motion: Vec<Statement>,
     /// The names of the constraints with the rows that are zero.
     constraints: Vec<(String, Statement)>,
@@ -88,7 +91,7 @@ struct Page {
 
 impl Page {
     fn new(model: &mut Model, e: &Equations) -> Self {
-        let n = e.mass_matrix.len();
+        let n = e.generalized_force.len();
         let contents = Contents::new(&mut model.graph, e);
         let Contents { lower, nodes, .. } = &contents;
         let mut expanded = expand(model, nodes);
@@ -97,7 +100,9 @@ impl Page {
         };
         let motion = &expanded[..contents.energies];
         let short = motion.iter().flatten().all(|x| x.len() <= MOST_TERMS_OF_ELEMENT);
-        let rows = short && terms(motion).is_some_and(|terms| terms <= MOST_TERMS_IN_ROWS);
+        let rows = short
+            && !e.leaves_out_mass_matrix()
+            && terms(motion).is_some_and(|terms| terms <= MOST_TERMS_IN_ROWS);
         if !rows {
             // What is long is shorter as a formula with definitions.
             expanded.iter_mut().for_each(|x| *x = x.take().filter(|x| x.len() <= MOST_TERMS_OF_ELEMENT));
@@ -123,8 +128,8 @@ impl Page {
             };
             (0..n).map(|i| row(model, e, i, &mass, right(i))).collect()
         } else {
-            let elements = lower.iter().filter(|(i, j)| !model.graph.is_zero(e.mass_matrix[*i][*j]));
-            let m = elements
+            let m = lower
+                .iter()
                 .map(|(i, j)| Statement { left: Side::Element("M", vec![*i, *j]), right: mass(*i, *j) });
             let q = (0..n).map(|i| Statement { left: Side::Element("Q", vec![i]), right: force(i) });
             let carried =
@@ -140,7 +145,8 @@ impl Page {
         let restricts = |k: usize| Statement { left: Side::Formula(formula(k)), right: zero.clone() };
         let named = e.constraints.iter().flat_map(|c| &c.rows).zip(contents.constraints..);
         let constraints = named.map(|(row, k)| (row.name.clone(), restricts(k))).collect();
-        Self { rows, motion, constraints, energies, formulas }
+        let left_out = e.leaves_out_mass_matrix();
+        Self { rows, left_out, motion, constraints, energies, formulas }
     }
 
     fn side(
@@ -164,7 +170,9 @@ impl Page {
             format!("[{}]", names.join(", "))
         };
         let mut out = Limited::new(format!("{}: equations of motion\n", model.name));
-        if !self.rows && self.constraints.is_empty() {
+        if self.left_out {
+            out.line("\nM q'' = Q; M is left out as too large, and q'' is found without it\n");
+        } else if !self.rows && self.constraints.is_empty() {
             out.line("\nM q'' = Q with M symmetric; elements that are not listed are zero\n");
         } else if !self.rows {
             out.line(

@@ -1,7 +1,9 @@
 //! The listing: the derived programs as stable text with operation counts, for snapshot tests and for reading
 //! what is computed.
 
-use crate::mechanics::{ConstraintEquations, Equations, Guard, Guarded, Model, Pivot, Solution, Unrolled};
+use crate::mechanics::{
+    ConstraintEquations, Equations, Guard, Guarded, Model, Named, Pivot, Solution, Unrolled,
+};
 use crate::schedule::{Cost, Program};
 
 use super::plain::Plain;
@@ -54,6 +56,12 @@ fn section(out: &mut String, model: &Model, equations: &Equations, program: &Pro
     let pick = |choices: [&'static str; 3]| choices.into_iter().find(|p| !taken(p)).unwrap_or("_");
     let prefixes = [pick(["c", "k", "const_"]), pick(["v", "w", "step_"])];
     let style = Style { inline: 72, inline_angle: 24, prefixes };
+    // Zeros of matrices are left out: those of large ones are most of them.
+    let sparse = jacobian || ["mass_matrix", "jacobian"].contains(&program.name.as_str());
+    let shown: Vec<usize> =
+        (0..program.results.len()).filter(|i| !sparse || !model.graph.is_zero(program.results[*i])).collect();
+    let program =
+        &Program { results: shown.iter().map(|i| program.results[*i]).collect(), ..program.clone() };
     let (body, results) = lines(&Plain::PROGRAM, model, program, style);
     let part = |out: &mut String, title: &str, hoisted: bool| {
         let chosen: Vec<&Line> = body.iter().filter(|l| l.hoisted == hoisted).collect();
@@ -67,14 +75,12 @@ fn section(out: &mut String, model: &Model, equations: &Equations, program: &Pro
         out.push_str("  per call\n");
     }
     part(out, "", false);
-    for (label, Text { text, .. }) in labels(model, equations, &program.name).into_iter().zip(results) {
-        // Elements above the diagonal have no label, zeros of matrices are left out.
-        if label.is_empty()
-            || text == "0" && (jacobian || ["mass_matrix", "jacobian"].contains(&program.name.as_str()))
-        {
-            continue;
+    for (label, Text { text, .. }) in labels(model, equations, &program.name, &shown).into_iter().zip(results)
+    {
+        // Elements above the diagonal have no label.
+        if !label.is_empty() {
+            out.push_str(&format!("  {label} = {text}\n"));
         }
-        out.push_str(&format!("  {label} = {text}\n"));
     }
 }
 
@@ -100,16 +106,39 @@ pub(super) fn count(cost: &Cost) -> String {
     }
 }
 
-/// What each result of a program is called; empty where it is not printed.
-fn labels(model: &Model, equations: &Equations, program: &str) -> Vec<String> {
+/// What the results of a program with these numbers are called; empty where one is not printed.
+fn labels(model: &Model, equations: &Equations, program: &str, shown: &[usize]) -> Vec<String> {
+    let q: Vec<&str> = model.coordinates.iter().map(|c| c.name.as_str()).collect();
+    let element = |at: usize| (at / q.len(), at % q.len());
+    match program {
+        "mass_matrix" => {
+            let entry = |(i, j): (usize, usize)| {
+                if j <= i { format!("M[{}, {}]", q[i], q[j]) } else { String::new() }
+            };
+            shown.iter().map(|at| entry(element(*at))).collect()
+        }
+        "jacobian" => {
+            let rows: Vec<&Named> = equations.constraints.iter().flat_map(|c| &c.rows).collect();
+            let entry = |(r, j): (usize, usize)| format!("J[{}, {}]", rows[r].name, q[j]);
+            shown.iter().map(|at| entry(element(*at))).collect()
+        }
+        _ => {
+            let mut all = all_labels(model, equations, program);
+            shown.iter().map(|at| all.get_mut(*at).map(core::mem::take).unwrap_or_default()).collect()
+        }
+    }
+}
+
+/// What all results of a program are called.
+fn all_labels(model: &Model, equations: &Equations, program: &str) -> Vec<String> {
     let q: Vec<&str> = model.coordinates.iter().map(|c| c.name.as_str()).collect();
     let each = |wrap: &dyn Fn(&str) -> String| q.iter().map(|n| wrap(n)).collect::<Vec<_>>();
     let accelerations = each(&|n| format!("{n}''"));
     let of_inertia = |p: &Pivot| {
         let (name, i) = (q[p.coordinate], p.coordinate);
-        let [held, own] = [p.diagonal, equations.mass_matrix[i][i]].map(|node| model.graph.fingerprint(node));
+        let own = equations.mass_matrix.get(i).map(|row| model.graph.fingerprint(row[i]));
         let led = equations.speeds.as_ref().is_some_and(|s| s.inertia.is_ok());
-        let compared = match held == own {
+        let compared = match own == Some(model.graph.fingerprint(p.diagonal)) {
             true => format!("M[{name}, {name}]"),
             false if led => format!("scale[{name}]"),
             false => format!("rod[{name}]"),
@@ -127,11 +156,7 @@ fn labels(model: &Model, equations: &Equations, program: &str) -> Vec<String> {
     let own = |names: &mut dyn Iterator<Item = String>| names.collect::<Vec<String>>();
     match program {
         "accelerations" => [accelerations, multipliers(equations), pivots].concat(),
-        "mass_matrix" => {
-            let entry =
-                |i: usize, j: usize| if j <= i { format!("M[{}, {}]", q[i], q[j]) } else { String::new() };
-            (0..q.len()).flat_map(|i| (0..q.len()).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect()
-        }
+        "mass_product" => each(&|n| format!("(M q'')[{n}]")),
         "generalized_force" => each(&|n| format!("Q[{n}]")),
         "momenta" => each(&|n| format!("p[{n}]")),
         "energy_function" => vec!["E".to_owned()],
@@ -182,7 +207,6 @@ fn constraint_labels(
         "velocity_residual" => each(&|n| format!("{n}'")),
         "velocity_offset" => each(&|n| format!("offset[{n}]")),
         "gamma" => each(&|n| format!("gamma[{n}]")),
-        "jacobian" => rows.iter().flat_map(|r| q.iter().map(move |x| format!("J[{r}, {x}]"))).collect(),
         "friction" => {
             let force: Vec<String> = q.iter().map(|n| format!("Q[{n}]")).collect();
             let by = force.iter().flat_map(|f| rows.iter().map(move |r| format!("d {f} / d lambda[{r}]")));

@@ -42,6 +42,9 @@ pub fn report(
                 "none: {function} would take some {operations} operations; write velocities in body frames, \
                  or fewer parameters, to make it smaller"
             ),
+            NoDerivatives::NoMassMatrix => {
+                "none: the mass matrix is left out, and accelerations are found without it".to_owned()
+            }
             NoDerivatives::General => {
                 "none: accelerations are found by the general solver, at run time".to_owned()
             }
@@ -171,6 +174,7 @@ fn mass_matrix(model: &Model, equations: &Equations, structure: &Structure) -> S
         Pattern::Banded(band) => format!("banded, {band} beside the diagonal"),
         Pattern::Sparse(zeros) => format!("{zeros} of {} pairs uncoupled", n * (n - 1) / 2),
         Pattern::Dense => "full".to_owned(),
+        Pattern::LeftOut => "left out: column by column when asked for".to_owned(),
     };
     let depends = match what(structure.mass) {
         None if model.constraints.is_empty() => "constant: factored once per model".to_owned(),
@@ -298,6 +302,7 @@ fn watch(out: &mut String, model: &Model, equations: &Equations) {
 fn simplified(out: &mut String, model: &Model, equations: &Equations, programs: &[&Program]) {
     let mut roots: Vec<NodeId> = equations.generalized_force.clone();
     roots.extend(equations.mass_matrix.iter().enumerate().flat_map(|(i, row)| &row[..=i]));
+    roots.extend(&equations.mass_product);
     let (written_out, shared) = sizes(&model.graph, &roots);
     let mut lines = Vec::new();
     if written_out > shared as f64 {

@@ -14,6 +14,7 @@ pub fn unexpandable(model: &Model, reason: Unexpandable) -> String {
         Unexpandable::Redundant => "its constraints repeat each other, so that λ is not unique".to_owned(),
         Unexpandable::Friction => "its forces depend on reactions".to_owned(),
         Unexpandable::Singular(_) => "its mass matrix is singular".to_owned(),
+        Unexpandable::NoMassMatrix => "its mass matrix is left out".to_owned(),
         Unexpandable::TooLarge(operations) => format!("each coefficient takes {operations} operations"),
         Unexpandable::Smooth(function) => {
             let function = model.functions.get(function.0 as usize);

@@ -42,25 +42,31 @@ fn in_every_state(
     found: &mut Vec<Finding>,
 ) {
     let n = model.coordinates.len();
-    let mass: Vec<NodeId> = equations.mass_matrix.iter().flatten().copied().collect();
-    let slopes: Vec<NodeId> = constraints.jacobian.iter().flatten().copied().collect();
-    let nodes: Vec<NodeId> = mass.iter().chain(&slopes).copied().collect();
+    // M, then Φ_q: (column, entry) by rows, without zeros.
+    let entries = |row: &Vec<NodeId>| -> Vec<(usize, NodeId)> {
+        row.iter().copied().enumerate().filter(|(_, x)| !model.graph.is_zero(*x)).collect()
+    };
+    let rows: Vec<Vec<(usize, NodeId)>> =
+        equations.mass_matrix.iter().chain(&constraints.jacobian).map(entries).collect();
+    let nodes: Vec<NodeId> = rows.iter().flatten().map(|(_, x)| *x).collect();
     let sampler = Sampler::new(&model.graph, &nodes);
-    let dense =
-        |point: u64| sampler.at(point).chunks(n.max(1)).map(<[Fingerprint]>::to_vec).collect::<Vec<_>>();
-    let here = dense(0);
-    if rank(here.iter().map(|row| sparse(row, 0))) == n {
-        // Row i of M with column i of Φ_q behind it: n + rank Φ_q, where the free directions have inertia.
-        let beside = |i: usize| {
-            here[n..]
-                .iter()
-                .enumerate()
-                .map(move |(r, row)| (n + r, row[i]))
-                .filter(|(_, x)| *x != Fingerprint::ZERO)
+    let at = |point: u64| -> Vec<SparseVector> {
+        let mut values = sampler.at(point).into_iter();
+        let mut value = |(j, _): &(usize, NodeId)| (*j, values.next().expect("a value for every node"));
+        let mut row = |row: &Vec<(usize, NodeId)>| {
+            row.iter().map(&mut value).filter(|(_, x)| *x != Fingerprint::ZERO).collect()
         };
-        let upper = (0..n).map(|i| sparse(&here[i], 0).into_iter().chain(beside(i)).collect());
-        let whole = rank(upper.chain(here[n..].iter().map(|row| sparse(row, 0))));
-        let held = rank(here[n..].iter().map(|row| sparse(row, 0)));
+        rows.iter().map(&mut row).collect()
+    };
+    let here = at(0);
+    if rank(here.iter().cloned()) == n {
+        // Row i of M with column i of Φ_q behind it: n + rank Φ_q, where the free directions have inertia.
+        let mut upper = here[..n].to_vec();
+        for (r, row) in here[n..].iter().enumerate() {
+            row.iter().for_each(|(i, x)| upper[*i].push((n + r, *x)));
+        }
+        let whole = rank(upper.into_iter().chain(here[n..].iter().cloned()));
+        let held = rank(here[n..].iter().cloned());
         if whole < n + held {
             let direction =
                 format!("a combination of {}", named(model, |i| !slopes_are_zero(model, constraints, i)));
@@ -69,7 +75,12 @@ fn in_every_state(
         }
         return;
     }
-    let everywhere = null_space((0..3).flat_map(dense).collect(), n);
+    let dense = |row: SparseVector| {
+        let mut all = vec![Fingerprint::ZERO; n];
+        row.into_iter().for_each(|(j, x)| all[j] = x);
+        all
+    };
+    let everywhere = null_space((0..3).flat_map(at).map(dense).collect(), n);
     let constant: Vec<Vec<i64>> = everywhere.iter().filter_map(|v| integers(v)).collect();
     let names: Vec<&str> = model.coordinates.iter().map(|c| c.name.as_str()).collect();
     let mut report = |direction: String, origins| {
@@ -78,7 +89,7 @@ fn in_every_state(
     for direction in &constant {
         report(combination(direction, &names), involved(model, |i| direction[i] != 0));
     }
-    let here = null_space(here, n);
+    let here = null_space(here.into_iter().map(dense).collect(), n);
     if constant.len() < here.len() {
         let varying =
             |i: usize| !constant.iter().any(|c| c[i] != 0) && here.iter().any(|v| v[i] != Fingerprint::ZERO);
@@ -89,10 +100,6 @@ fn in_every_state(
 
 fn slopes_are_zero(model: &Model, constraints: &ConstraintEquations, i: usize) -> bool {
     constraints.jacobian.iter().all(|row| model.graph.is_zero(row[i]))
-}
-
-fn sparse(row: &[Fingerprint], shift: usize) -> SparseVector {
-    row.iter().enumerate().filter(|(_, x)| **x != Fingerprint::ZERO).map(|(j, x)| (j + shift, *x)).collect()
 }
 
 fn rank(rows: impl Iterator<Item = SparseVector>) -> usize {
