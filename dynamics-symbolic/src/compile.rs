@@ -167,6 +167,10 @@ pub struct Excess {
 /// for more.
 const MOST_VARIATION_OPERATIONS: usize = 15_000;
 
+/// Most operations of inverse dynamics where M is left out. It is emitted as a table of 16-bit places, which
+/// is compiled in no time.
+const MOST_INVERSE_OPERATIONS_WITHOUT_MASS_MATRIX: usize = 2 * MOST_OPERATIONS;
+
 /// A model with everything that was derived from it.
 #[derive(Clone, Debug)]
 pub struct Compiled {
@@ -240,7 +244,13 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     report.push_str(&text::series_entry(&model, &programs.series));
     listing.push_str(&text::series_section(&model, &programs.series));
     let joined = residual(&mut model);
-    programs.inverse = fitting(&model.graph, "inverse", &joined[..model.coordinates.len()]);
+    // Without M nothing else has inverse dynamics.
+    let most = if equations.leaves_out_mass_matrix() {
+        MOST_INVERSE_OPERATIONS_WITHOUT_MASS_MATRIX
+    } else {
+        MOST_VARIATION_OPERATIONS
+    };
+    programs.inverse = fitting(&model.graph, "inverse", &joined[..model.coordinates.len()], most);
     programs.variations = fitting_variations(&mut model, &joined);
     programs.output_variations = fitting_output_variations(&mut model);
     // Of all nodes that are printed: series bring choices of their own.
@@ -379,7 +389,7 @@ fn programs(model: &Model, e: &Equations) -> Programs {
 /// more than these give.
 fn fitting_variations(model: &mut Model, joined: &[NodeId]) -> Option<Program> {
     let all = variations(model, joined).ok()?.all();
-    fitting(&model.graph, "variations", &all)
+    fitting(&model.graph, "variations", &all, MOST_VARIATION_OPERATIONS)
 }
 
 /// Derivatives of the outputs, likewise.
@@ -388,14 +398,14 @@ fn fitting_output_variations(model: &mut Model) -> Option<Program> {
         return None;
     }
     let all = output_variations(model).ok()?;
-    fitting(&model.graph, "output_variations", &all)
+    fitting(&model.graph, "output_variations", &all, MOST_VARIATION_OPERATIONS)
 }
 
-fn fitting(g: &Graph, name: &str, all: &[NodeId]) -> Option<Program> {
+fn fitting(g: &Graph, name: &str, all: &[NodeId], most: usize) -> Option<Program> {
     if fourth_derivatives(g, all).next().is_some() {
         return None;
     }
-    let fits = |program: &Program| program.cost.total() <= MOST_VARIATION_OPERATIONS;
+    let fits = |program: &Program| program.cost.total() <= most;
     Some(schedule(g, name, all, Staging::Inline)).filter(fits)
 }
 

@@ -97,6 +97,13 @@ impl Emission<'_> {
         Body { seldom: true, ..self.body(&[]) }.whole(program)
     }
 
+    /// Of programs that read q̈ and λ and that runs do not ask for at every step. The functions of a large one
+    /// take these in a model without constraints, too.
+    fn solution_reader(&self) -> Body<'_> {
+        let constraints = Some((self.rows(), self.switched()));
+        Body { access: &self.access, surface: self.surface, constants: &[], constraints, seldom: true }
+    }
+
     /// Whether a function of so many steps may be inlined. Each part into which the compiler divides a
     /// program has a copy of what may; a long one makes programs slow to compile, and is called in less time
     /// than one evaluation differs from the next.

@@ -139,6 +139,9 @@ fn constant_directions(
         rows
     };
     let rows = independent_rows(n, &mut |point| sum(&sampler.at(point)));
+    if rows.len() == n {
+        return Vec::new();
+    }
     let values: Vec<Fingerprint> = nodes.iter().map(|id| model.graph.fingerprint(*id)).collect();
     let vanishing = sum(&values);
     let along = |c: &[i64], row: &SparseVector| {

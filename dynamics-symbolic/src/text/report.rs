@@ -306,8 +306,9 @@ fn simplified(out: &mut String, model: &Model, equations: &Equations, programs: 
     let (written_out, shared) = sizes(&model.graph, &roots);
     let mut lines = Vec::new();
     if written_out > shared as f64 {
+        let inertia = if equations.leaves_out_mass_matrix() { "M q''" } else { "M" };
         lines.push(format!(
-            "M and Q: {} operations written out, {shared} after sharing",
+            "{inertia} and Q: {} operations written out, {shared} after sharing",
             rounded(written_out)
         ));
     }

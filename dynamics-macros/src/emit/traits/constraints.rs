@@ -6,7 +6,7 @@ use dynamics_symbolic::schedule::Program;
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
-use super::super::program::{Body, Printed};
+use super::super::program::Printed;
 use super::super::{function, local};
 use super::Emission;
 
@@ -71,6 +71,15 @@ impl Emission<'_> {
         let (of_inverse, inverse) = self.inverse();
         let (functions, variations) = self.variations();
         let (of_outputs, output_variations) = self.output_variations();
+        let mass = match &self.compiled.programs.mass_product {
+            Some(_) => {
+                let to_columns = local("mass_matrix_columns");
+                quote!(self.#to_columns(#at, &mut *#terms.mass);)
+            }
+            None => {
+                quote!(#terms.mass.copy_from_slice(#private::Dynamics::mass_matrix(self, #at).as_slice());)
+            }
+        };
         // Not by the macro `unconstrained!`: its impl could not be put where the user's block is.
         quote! {
             #of_inverse #functions #of_outputs
@@ -94,7 +103,7 @@ impl Emission<'_> {
                 fn gamma(&self, _: #state) -> Self::Rows { #private::vector([]) }
                 fn terms(&self, #at: #state, #terms: &mut #private::Terms<'_>) {
                     // M is symmetric: by rows it is as by columns.
-                    #terms.mass.copy_from_slice(#private::Dynamics::mass_matrix(self, #at).as_slice());
+                    #mass
                     #terms.force.copy_from_slice(#private::Dynamics::generalized_force(self, #at).as_slice());
                 }
                 #[inline]
@@ -383,11 +392,7 @@ impl Emission<'_> {
     fn written(&self, program: Option<&Program>, name: &str) -> Method {
         let Some(program) = program else { return Method::default() };
         let name = format_ident!("{name}");
-        // The functions of a large program take q̈ and λ, in a model without constraints, too.
-        let constraints = Some((self.rows(), self.switched()));
-        let body =
-            Body { access: &self.access, surface: self.surface, constants: &[], constraints, seldom: true };
-        let Printed { functions, statements, results } = body.whole(program);
+        let Printed { functions, statements, results } = self.solution_reader().whole(program);
         let (private, f64, at_state, prologue) =
             (&self.private, self.float(), self.at_state(), self.prologue());
         let (a, lambda, values) = (local("a"), local("lambda"), local("values"));

@@ -54,8 +54,7 @@ impl Emission<'_> {
     /// `impl Dynamics`.
     pub(super) fn dynamics(&self) -> TokenStream {
         let (model, private, programs) = (&self.surface.target, &self.private, &self.compiled.programs);
-        let (vector, matrix) =
-            (quote!(<Self as #private::Model>::Vector), quote!(<Self as #private::Model>::Matrix));
+        let vector = quote!(<Self as #private::Model>::Vector);
         let staged = self.staged();
         let count = staged.constants.len();
         let (f64, names) = (self.float(), self.conserved());
@@ -63,8 +62,7 @@ impl Emission<'_> {
         let (f1, constants) = self.constants(&staged);
         let (f2, accelerations) = self.accelerations(&staged);
         let to_vector = |r: &[TokenStream]| self.vector(r);
-        let (f3, mass) =
-            self.method(&programs.mass_matrix, "mass_matrix", &matrix, |r| self.matrix(r, self.degrees()));
+        let (f3, mass) = self.mass_matrix();
         let (f4, force) = self.method(&programs.generalized_force, "generalized_force", &vector, to_vector);
         let (f5, momenta) = self.method(&programs.momenta, "momenta", &vector, to_vector);
         let (f6, energy) = self.method(&programs.energy_function, "energy_function", &f64, |r| r[0].clone());
@@ -92,6 +90,50 @@ impl Emission<'_> {
                 #rates #energy #conserved #speeds #assumptions #kinks #series
             }
         }
+    }
+
+    /// `fn mass_matrix`: all elements at once, or where that would be too large column by column.
+    fn mass_matrix(&self) -> (TokenStream, TokenStream) {
+        let (private, programs, n) = (&self.private, &self.compiled.programs, self.degrees());
+        let result = quote!(<Self as #private::Model>::Matrix);
+        let Some(product) = &programs.mass_product else {
+            return self.method(&programs.mass_matrix, "mass_matrix", &result, |r| self.matrix(r, n));
+        };
+        let Printed { functions, statements, results } = self.solution_reader().whole(product);
+        let (model, prologue, f64, state) =
+            (&self.surface.target, self.prologue(), self.float(), local("state"));
+        let (a, lambda, modes) = (local("a"), local("lambda"), local("modes"));
+        let (columns, values, j, matrix) = (local("columns"), local("values"), local("j"), local("matrix"));
+        let (write, switched, at_state) =
+            (self.write(&quote!(#values), &results), self.switched(), self.at_state());
+        let to_columns = local("mass_matrix_columns");
+        // Each column from the accelerations that are 1 in one place. A large matrix is not made on the stack
+        // where a slice is asked for.
+        let function = quote! {
+            #functions
+            impl #model {
+                #[inline(never)]
+                fn #to_columns(#at_state, #columns: &mut [#f64]) {
+                    #prologue
+                    let (#lambda, #modes): (&[#f64; 0], &[#f64; #switched]) = (&[], &[]);
+                    for (#j, #values) in #columns.chunks_exact_mut(#n).enumerate() {
+                        let mut #a = [0.0; #n];
+                        #a[#j] = 1.0;
+                        let #a = &#a;
+                        #statements #write
+                    }
+                }
+            }
+        };
+        let method = quote! {
+            #[inline(never)]
+            fn mass_matrix(#at_state) -> #result {
+                let mut #matrix = <#result>::zeros();
+                self.#to_columns(#state, #matrix.as_mut_slice());
+                #matrix
+            }
+        };
+        (function, method)
     }
 
     /// `const OPERATIONS`, where the accelerations have a program.
