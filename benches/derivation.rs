@@ -8,7 +8,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use common::mechanisms::{andrews, slider_crank};
-use common::{arm, chain, double_pendulum};
+use common::{arm, chain, double_pendulum, rods};
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use dynamics_symbolic::compile::compile;
 use dynamics_symbolic::mechanics::Model;
@@ -28,6 +28,9 @@ fn derivation(criterion: &mut Criterion) {
     derive("chain 5", || chain(5));
     derive("chain 10", || chain(10));
     derive("chain 20", || chain(20));
+    derive("chain 100", || chain(100));
+    derive("rods 100", || rods(100));
+    derive("rods 400", || rods(400));
     derive("arm 4", || arm(4));
     derive("slider-crank", || slider_crank().closed());
     derive("Andrews", || andrews().closed());

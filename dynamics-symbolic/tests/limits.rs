@@ -3,7 +3,7 @@
 use crate::common;
 
 use common::mechanisms::n_four_bar;
-use common::{Builder, chain};
+use common::{Builder, Values, chain, rods};
 use dynamics_symbolic::check::Finding;
 use dynamics_symbolic::compile::{MOST_OPERATIONS, NoJacobians, compile};
 use dynamics_symbolic::graph::{FunctionId, Number, Origin, Symbol};
@@ -40,6 +40,83 @@ fn solutions_beyond_the_limit_are_left_to_the_general_solver() {
     assert!(c.report.contains(&operations.to_string()), "{}", c.report);
     let programs = c.programs.constraints.as_ref().expect("there is one");
     assert!(programs.terms.cost.total() < MOST_OPERATIONS / 2 && programs.correction.is_none());
+}
+
+/// A long chain in angles: no M, accelerations in operations proportional to the links. They satisfy
+/// M q̈ = Q for M written down by hand, Mᵢⱼ = lᵢ lⱼ cos(θᵢ − θⱼ) Σ m of all links beyond both, and the product
+/// that stands for M is that matrix.
+#[test]
+fn long_chains_do_without_their_mass_matrix() {
+    let [small, large] = [100, 200].map(|n| compile(chain(n)).expect("M is left out, nothing else is"));
+    let operations = [&small, &large].map(|c| c.programs.accelerations.cost.total());
+    assert!(operations[1] < 2 * operations[0] + 50 && operations[1] < 25 * 200, "{operations:?}");
+    let c = small;
+    assert!(c.equations.mass_matrix.is_empty() && c.programs.mass_matrix.results.is_empty());
+    assert!(matches!(c.programs.jacobians, Err(NoJacobians::NoMassMatrix)) && c.programs.series.is_err());
+    assert!(c.report.contains("left out") && c.equations_text.contains("left out"), "{}", c.report);
+    let n = 100;
+    let varied = |k: f64| (0..=n).map(move |i| (k * i as f64 + 0.3 * k).sin()).collect::<Vec<f64>>();
+    let parameters: Vec<f64> = (0..2 * n + 2).map(|i| 0.5 + (i % 7) as f64 / 10.0).collect();
+    let mut state =
+        Values { q: varied(1.7), u: varied(2.3), a: varied(0.9), p: parameters, ..Values::default() };
+    let g = &c.model.graph;
+    // Cart, masses, lengths; the cart is a link that turns everything beyond by x.
+    let mass = |i: usize| state.p[i];
+    let beyond = |i: usize| (i..=n).map(mass).sum::<f64>();
+    let [direction, length]: [Vec<f64>; 2] = [
+        (0..=n).map(|i| if i == 0 { 0.0 } else { state.q[i] }).collect(),
+        (0..=n).map(|i| if i == 0 { 1.0 } else { state.p[n + i] }).collect(),
+    ];
+    let element =
+        |i: usize, j: usize| length[i] * length[j] * (direction[i] - direction[j]).cos() * beyond(i.max(j));
+    let times = |a: &[f64]| -> Vec<[f64; 2]> {
+        let terms = |i: usize| (0..=n).map(move |j| element(i, j) * a[j]).collect::<Vec<f64>>();
+        let sums = |i| terms(i).iter().fold([0.0, 0.0], |[sum, size], x| [sum + x, size + x.abs()]);
+        (0..=n).map(sums).collect()
+    };
+    let values = g.evaluate(&c.equations.mass_product, &state);
+    for (node, [expected, size]) in c.equations.mass_product.iter().zip(times(&state.a)) {
+        assert!((values[node.index()] - expected).abs() <= 1e-13 * size);
+    }
+    let found =
+        g.evaluate(&[&c.equations.accelerations[..], &c.equations.generalized_force].concat(), &state);
+    let accelerations: Vec<f64> = c.equations.accelerations.iter().map(|a| found[a.index()]).collect();
+    let expected = times(&accelerations);
+    state.a = accelerations;
+    for (force, [sum, size]) in c.equations.generalized_force.iter().zip(expected) {
+        assert!((found[force.index()] - sum).abs() <= 1e-11 * size, "{sum} of {size}");
+    }
+}
+
+/// Where nothing solves the equations without M, a large M is refused, and not only after it was factored.
+#[test]
+fn a_mass_matrix_that_cannot_be_left_out_is_refused() {
+    let mut b = Builder { model: chain(100) };
+    let (x, t) = (b.g().symbol(Symbol::Coordinate(0)), b.g().symbol(Symbol::Time));
+    let (m, sine) = (b.parameter("shaken"), b.sin(t));
+    let sum = b.add(x, sine);
+    let shaken = b.kinetic(m, &[sum]);
+    let total = b.model.energies[0].node;
+    b.model.energies[0].node = b.add(total, shaken);
+    let findings = compile(b.model).map(|c| c.report).expect_err("too large");
+    assert!(
+        findings
+            .iter()
+            .any(|f| matches!(f, Finding::TooLarge { operations, .. } if *operations > MOST_OPERATIONS)),
+        "{findings:?}"
+    );
+}
+
+/// Pinned rods are solved in operations proportional to their number, whatever their number.
+#[test]
+fn pinned_rods_grow_linearly() {
+    let sizes = [30, 60, 120].map(|n| {
+        let c = compile(rods(n)).expect("a good model");
+        (c.programs.accelerations.cost.total(), c.model.graph.len())
+    });
+    let grows = |a: usize, b: usize| b < 2 * a + a / 4;
+    assert!(grows(sizes[0].0, sizes[1].0) && grows(sizes[1].0, sizes[2].0), "{sizes:?}");
+    assert!(grows(sizes[1].1, sizes[2].1), "nodes that deriving leaves behind: {sizes:?}");
 }
 
 /// A sparse mechanism in absolute coordinates costs in proportion to its size, and so do its equations before

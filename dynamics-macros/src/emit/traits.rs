@@ -97,8 +97,8 @@ impl Emission<'_> {
         Body { seldom: true, ..self.body(&[]) }.whole(program)
     }
 
-    /// Of programs that read q̈ and λ and that runs do not ask for at every step. The functions of a large one
-    /// take these in a model without constraints, too.
+    /// Of programs that read q̈ and λ and that runs do not ask for at every step. The functions of a large
+    /// one take these in a model without constraints, too.
     fn solution_reader(&self) -> Body<'_> {
         let constraints = Some((self.rows(), self.switched()));
         Body { access: &self.access, surface: self.surface, constants: &[], constraints, seldom: true }

@@ -35,6 +35,19 @@ fn faults(family: &Family, n: usize, damped: bool) -> Vec<String> {
     mistakes(&items)
 }
 
+/// Beyond the sizes above: the mass matrix is left out, and computed by a product with q̈.
+#[test]
+fn a_chain_that_does_without_its_mass_matrix_binds_its_names() {
+    let family = FAMILIES.iter().find(|family| family.name == "chains").expect("there is one");
+    let [declaration, implementation] = family.source(100, true);
+    let tokens = |text: &str| -> proc_macro2::TokenStream { text.parse().expect("tokens") };
+    let (item, block) = (tokens(&declaration), tokens(&implementation));
+    let emitted = expand::model(quote!({ #item } { #block }));
+    assert!(emitted.to_string().contains("__mass_matrix_columns"));
+    let items = syn::parse2::<syn::File>(emitted).expect("what is emitted is Rust").items;
+    assert_eq!(mistakes(&items), Vec::<String>::new());
+}
+
 #[test]
 fn every_size_of_every_family_binds_its_names() {
     let all = std::env::var("SIZES").is_ok_and(|wanted| wanted == "all");

@@ -398,9 +398,7 @@ impl Parts {
     /// What follows from L without M, where M is too large to be emitted and all velocities are those of a
     /// velocity form.
     fn without_mass_matrix(&self, g: &mut Graph, n: usize) -> Option<Inertia> {
-        let apart = self.derivation == Derivation::VelocityForm
-            && !self.form.velocities().iter().any(|v| g.dependence(*v).on(Dependence::TIME));
-        if n < FEWEST_COORDINATES_WITHOUT_MASS_MATRIX || !apart {
+        if n < FEWEST_COORDINATES_WITHOUT_MASS_MATRIX || self.derivation != Derivation::VelocityForm {
             return None;
         }
         // On a copy, so that an M that is not wanted leaves no trace.

@@ -200,6 +200,35 @@ pub fn chain(n: usize) -> Model {
     b.model
 }
 
+/// n rods in a plane that hang on one another, by centre and angle: 3 n coordinates, 2 n rows of pins. Mass,
+/// length and inertia of all rods, g as parameters.
+pub fn rods(n: usize) -> Model {
+    let mut b = Builder::new("Rods");
+    let places: Vec<[NodeId; 3]> =
+        (0..n).map(|i| ["x", "y", "theta"].map(|name| b.coordinate(&format!("{name}[{i}]")))).collect();
+    let [m, l, inertia, g] = ["m", "l", "inertia", "g"].map(|name| b.parameter(name));
+    let (zero, half) = (b.g().zero(), b.ratio(1, 2));
+    let (mut kinetic, mut potential) = (zero, zero);
+    let (arm, weight) = (b.mul(half, l), b.mul(m, g));
+    let (mut rows, mut end) = (Vec::new(), [zero, zero]);
+    for [x, y, theta] in places {
+        let (moved, turned) = (b.kinetic(m, &[x, y]), b.kinetic(inertia, &[theta]));
+        kinetic = b.add(kinetic, moved);
+        kinetic = b.add(kinetic, turned);
+        let height = b.mul(weight, y);
+        potential = b.add(potential, height);
+        let (s, c) = (b.sin(theta), b.cos(theta));
+        let (dx, dy) = (b.mul(arm, s), b.mul(arm, c));
+        let upper = [b.sub(x, dx), b.add(y, dy)];
+        rows.extend([b.sub(upper[0], end[0]), b.sub(upper[1], end[1])]);
+        end = [b.add(x, dx), b.sub(y, dy)];
+    }
+    b.energy("kinetic", EnergyRole::Kinetic, kinetic);
+    b.energy("gravity", EnergyRole::Potential, potential);
+    b.holonomic("pins", &rows);
+    b.model
+}
+
 /// n links in relative angles: sin(q₁ + … + q_k).
 pub fn relative_chain(n: usize) -> Model {
     let mut b = Builder::new("RelativeChain");

@@ -83,6 +83,7 @@ chain!(Chain9, 9, 0.3);
 chain!(Chain18, 18, 0.3);
 chain!(Chain26, 26, 0.3);
 chain!(LongChain, 30, 0.0);
+chain!(ChainOf100, 100, 0.0);
 
 const GRAVITY: f64 = 9.81;
 
@@ -148,6 +149,28 @@ fn operations_in_proportion_to_the_links() {
     let operations = operations(LongChain::LISTING, "accelerations");
     assert!(operations < 25 * 30, "{operations}");
     moves_rightly::<LongChain, 30>(&LongChain::uneven());
+}
+
+/// Its mass matrix alone would take 30,000 operations: it is left out, and computed column by column when
+/// asked for. What needs Jacobians or series says that there are none.
+#[test]
+fn a_chain_of_a_hundred_links_does_without_its_mass_matrix() {
+    let operations = operations(ChainOf100::LISTING, "accelerations");
+    assert!(operations < 25 * 100, "{operations}");
+    assert!(!ChainOf100::LISTING.contains("mass_matrix:"));
+    assert!(ChainOf100::REPORT.contains("left out"), "{}", ChainOf100::REPORT);
+    let model = ChainOf100::uneven();
+    moves_rightly::<ChainOf100, 100>(&model);
+    // Φ_q, γ and the rest of what the general solver needs are none; M and Q are by this route what they are
+    // by the others.
+    let state = state::<ChainOf100, 100>();
+    let (mut mass, mut force) = (vec![0.0; 100 * 100], vec![0.0; 100]);
+    model.terms(&state, &mut Terms { mass: &mut mass, force: &mut force, jacobian: &mut [], gamma: &mut [] });
+    let (m, q) = (model.mass_matrix(&state), model.generalized_force(&state));
+    assert!((0..100).all(|i| force[i] == q[i] && (0..100).all(|j| mass[100 * i + j] == m[(i, j)])));
+    let still = model.state().theta([0.3; 100]).build().expect("all angles are given");
+    let motion = model.simulate(still).until(0.2).run().expect("a chain that falls");
+    assert!(motion.summary().energy_drift < 1e-8);
 }
 
 /// The tensions of rods divide by masses: without one there is an error, no number.
