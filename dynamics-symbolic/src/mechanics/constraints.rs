@@ -147,9 +147,8 @@ pub(super) fn derivatives(
         let (zero, one) = (g.zero(), g.one());
         let mut sweeps = ForwardSweeps::new(g, roots);
         let mut rows = vec![vec![zero; n]; roots.len()];
-        for j in 0..n {
-            let (of, column): (Vec<usize>, Vec<NodeId>) =
-                sweeps.along(g, by(j as u32), one).into_iter().unzip();
+        for (j, x) in symbols(n, by).into_iter().enumerate() {
+            let (of, column): (Vec<usize>, Vec<NodeId>) = sweeps.along(g, x, one).into_iter().unzip();
             of.into_iter().zip(remove_time(g, &column)).for_each(|(i, entry)| rows[i][j] = entry);
             if g.len() - start > MOST_NODES {
                 return Err(g.len() - start);
@@ -172,8 +171,8 @@ pub(super) fn force_by_multipliers(g: &mut Graph, force: &[NodeId], rows: usize)
     let (zero, one) = (g.zero(), g.one());
     let mut sweeps = ForwardSweeps::new(g, force);
     let mut by = vec![vec![zero; rows]; force.len()];
-    for r in 0..rows {
-        let column = sweeps.along(g, Symbol::Multiplier(r as u32), one);
+    for (r, lambda) in symbols(rows, Symbol::Multiplier).into_iter().enumerate() {
+        let column = sweeps.along(g, lambda, one);
         column.into_iter().for_each(|(i, entry)| by[i][r] = entry);
     }
     Some(by)

@@ -246,8 +246,8 @@ fn derivatives(
         }
         SweepDirection::Forward => {
             let mut sweeps = ForwardSweeps::new(g, roots);
-            for j in 0..count {
-                let column = sweeps.along(g, kind(j as u32), one);
+            for (j, x) in symbols(count, kind).into_iter().enumerate() {
+                let column = sweeps.along(g, x, one);
                 column.into_iter().for_each(|(i, entry)| rows[i][j] = entry);
                 within(g)?;
             }
