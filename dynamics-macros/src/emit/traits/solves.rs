@@ -103,7 +103,8 @@ impl Emission<'_> {
         let (model, prologue, f64, state) =
             (&self.surface.target, self.prologue(), self.float(), local("state"));
         let (a, lambda, modes) = (local("a"), local("lambda"), local("modes"));
-        let (columns, values, j, matrix) = (local("columns"), local("values"), local("j"), local("matrix"));
+        let (columns, values, i, j, matrix) =
+            (local("columns"), local("values"), local("i"), local("j"), local("matrix"));
         let (write, switched, at_state) =
             (self.write(&quote!(#values), &results), self.switched(), self.at_state());
         let to_columns = local("mass_matrix_columns");
@@ -121,6 +122,12 @@ impl Emission<'_> {
                         #a[#j] = 1.0;
                         let #a = &#a;
                         #statements #write
+                    }
+                    // Symmetric to the last bit, which rounding alone does not make it.
+                    for #j in 0..#n {
+                        for #i in 0..#j {
+                            #columns[#j * #n + #i] = #columns[#i * #n + #j];
+                        }
                     }
                 }
             }
