@@ -7,7 +7,7 @@ use common::{Builder, Values, chain, rods};
 use dynamics_symbolic::check::Finding;
 use dynamics_symbolic::compile::{MOST_OPERATIONS, NoJacobians, compile};
 use dynamics_symbolic::graph::{FunctionId, Number, Origin, Symbol};
-use dynamics_symbolic::mechanics::{EnergyRole, Function, General, Solution};
+use dynamics_symbolic::mechanics::{EnergyRole, Function, General, Model, Solution};
 
 #[test]
 fn accelerations_beyond_the_limit_are_refused() {
@@ -43,8 +43,8 @@ fn solutions_beyond_the_limit_are_left_to_the_general_solver() {
 }
 
 /// A long chain in angles: no M, accelerations in operations proportional to the links. They satisfy
-/// M q̈ = Q for M written down by hand, Mᵢⱼ = lᵢ lⱼ cos(θᵢ − θⱼ) Σ m of all links beyond both, and the product
-/// that stands for M is that matrix.
+/// M q̈ = Q for M written down by hand, Mᵢⱼ = lᵢ lⱼ cos(θᵢ − θⱼ) Σ m of all links beyond both, and the
+/// product that stands for M is that matrix.
 #[test]
 fn long_chains_do_without_their_mass_matrix() {
     let [small, large] = [100, 200].map(|n| compile(chain(n)).expect("M is left out, nothing else is"));
@@ -86,6 +86,23 @@ fn long_chains_do_without_their_mass_matrix() {
     for (force, [sum, size]) in c.equations.generalized_force.iter().zip(expected) {
         assert!((found[force.index()] - sum).abs() <= 1e-11 * size, "{sum} of {size}");
     }
+}
+
+/// Without M its columns are looked at: a negative mass at the end is found at its nominal value.
+#[test]
+fn a_long_chain_with_a_negative_mass_is_refused() {
+    let n = 100;
+    let nominal = |last: f64| (0..2 * n + 2).map(|i| (i as u32, if i == n { last } else { 1.0 })).collect();
+    let found = |last: f64| {
+        let model = Model { nominal: nominal(last), ..chain(n) };
+        compile(model).map(|c| c.equations.mass_matrix.is_empty())
+    };
+    let findings = found(-10.0).expect_err("negative inertia");
+    assert!(
+        findings.iter().any(|f| matches!(f, Finding::NegativeInertia { nominal: true, .. })),
+        "{findings:?}"
+    );
+    assert!(matches!(found(1.0), Ok(true)));
 }
 
 /// Where nothing solves the equations without M, a large M is refused, and not only after it was factored.

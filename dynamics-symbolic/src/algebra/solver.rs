@@ -182,10 +182,10 @@ impl Solver {
 const MOST_TRIALS: usize = 12;
 /// Nodes of a graph above which only two partitions are tried, as every trial is on a copy.
 const NODES_OF_LARGE_GRAPH: usize = 20_000;
-/// Nodes after which the trial of a partition is given up, for each unit of the cost of the way that is known,
-/// and beside that. Trials end with 0.9 to 1.6 nodes for each unit of their own cost, and one that costs more
-/// than [`COST_OF_LIKELY_STATES`] of the other is never taken. Without a bound, the reduced inertia of a chain
-/// of n links takes n³ nodes.
+/// Nodes after which the trial of a partition is given up, for each unit of the cost of the way that is
+/// known, and beside that. Trials end with 0.9 to 1.6 nodes for each unit of their own cost, and one that
+/// costs more than [`COST_OF_LIKELY_STATES`] of the other is never taken. Without a bound, the reduced
+/// inertia of a chain of n links takes n³ nodes.
 const NODES_OF_TRIAL: (usize, usize) = (6, 20_000);
 /// How many times the cost of the cheapest partition a better conditioned one may have.
 const COST_OF_CONDITIONING: f64 = 1.25;

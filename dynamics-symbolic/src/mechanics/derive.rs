@@ -51,8 +51,9 @@ pub fn derive_on(model: &mut Model, manifold: &Manifold) -> Result<Equations, Un
         }
     });
     parts.rewrite(g, &mut energies);
-    let can_do_without = rows.is_none() && speeds.is_none();
-    let (inertia, free_force) = match parts.without_mass_matrix(g, n).filter(|_| can_do_without) {
+    let needs_mass_matrix = rows.is_some() || speeds.is_some();
+    let without = if needs_mass_matrix { None } else { parts.without_mass_matrix(g, n) };
+    let (inertia, free_force) = match without {
         Some(inertia) => parts.balanced(g, inertia, &applied),
         None => parts.balance(g, &applied, n),
     };
@@ -273,8 +274,8 @@ impl Energies {
     }
 }
 
-/// Fewest coordinates of a model whose M may be left out. The M of smaller ones has no more than 820 different
-/// elements, and is worth its operations.
+/// Fewest coordinates of a model whose M may be left out. The M of smaller ones has no more than 820
+/// different elements, and is worth its operations.
 const FEWEST_COORDINATES_WITHOUT_MASS_MATRIX: usize = 40;
 
 /// L as bodies that hang on one another, a part in velocity form and a general rest.

@@ -294,7 +294,7 @@ fn true_velocities(g: &Graph, candidates: &[NodeId], n: usize) -> BTreeSet<NodeI
     let mut scratch = g.clone();
     let mut valid = BTreeSet::new();
     for v in candidates {
-        // The condition is linear in v: in a chain, each velocity is that of the link before and a short term.
+        // The condition is linear in v: in a chain, each velocity is that of the link before and a term.
         let further = match g.node(*v) {
             Node::Add(a, b) | Node::Sub(a, b) => match [a, b].map(|x| valid.contains(&x)) {
                 [true, true] => None,

@@ -177,7 +177,9 @@ fn mass_matrix(model: &Model, equations: &Equations, structure: &Structure) -> S
         Pattern::LeftOut => "left out: column by column when asked for".to_owned(),
     };
     let depends = match what(structure.mass) {
-        None if model.constraints.is_empty() => "constant: factored once per model".to_owned(),
+        None if model.constraints.is_empty() && structure.pattern != Pattern::LeftOut => {
+            "constant: factored once per model".to_owned()
+        }
         None => "constant".to_owned(),
         Some(on) => format!("depends on {on}"),
     };

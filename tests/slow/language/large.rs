@@ -161,13 +161,25 @@ fn a_chain_of_a_hundred_links_does_without_its_mass_matrix() {
     assert!(ChainOf100::REPORT.contains("left out"), "{}", ChainOf100::REPORT);
     let model = ChainOf100::uneven();
     moves_rightly::<ChainOf100, 100>(&model);
-    // Φ_q, γ and the rest of what the general solver needs are none; M and Q are by this route what they are
-    // by the others.
+    // Mᵢⱼ = lᵢ lⱼ cos(θᵢ − θⱼ) Σ m of all points beyond both, by both functions that give M.
     let state = state::<ChainOf100, 100>();
     let (mut mass, mut force) = (vec![0.0; 100 * 100], vec![0.0; 100]);
     model.terms(&state, &mut Terms { mass: &mut mass, force: &mut force, jacobian: &mut [], gamma: &mut [] });
     let (m, q) = (model.mass_matrix(&state), model.generalized_force(&state));
-    assert!((0..100).all(|i| force[i] == q[i] && (0..100).all(|j| mass[100 * i + j] == m[(i, j)])));
+    let beyond = |i: usize| model.mass[i..].iter().sum::<f64>();
+    for i in 0..100 {
+        assert_eq!(force[i], q[i]);
+        for j in 0..100 {
+            let angle = state.theta(i) - state.theta(j);
+            let expected = model.length[i] * model.length[j] * angle.cos() * beyond(i.max(j));
+            assert!(
+                (m[(i, j)] - expected).abs() < 1e-12 * beyond(i.max(j)),
+                "{i}, {j}: {} {expected}",
+                m[(i, j)]
+            );
+            assert_eq!(mass[100 * i + j], m[(i, j)]);
+        }
+    }
     let still = model.state().theta([0.3; 100]).build().expect("all angles are given");
     let motion = model.simulate(still).until(0.2).run().expect("a chain that falls");
     assert!(motion.summary().energy_drift < 1e-8);

@@ -147,10 +147,10 @@ fn a_run_goes_over_to_an_implicit_method_where_it_is_stiff() {
         "{explicit}"
     );
     // Limits count the steps of both.
-    let error = run().max_steps(600).run().unwrap_err();
+    let error = run().max_steps(1200).run().unwrap_err();
     let partial = error.motion(&SPRING).unwrap();
     assert!(
-        partial.counts().steps + partial.counts().rejected <= 600 && partial.switched().is_some(),
+        partial.counts().steps + partial.counts().rejected <= 1200 && partial.switched().is_some(),
         "{error}"
     );
 }
