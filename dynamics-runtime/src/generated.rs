@@ -154,14 +154,16 @@ pub fn singular<const POSITIVE: bool, const N: usize>(pivots: &[[f64; 2]; N]) ->
 /// Whether some pivot fails in some lane, or is not a number.
 #[inline(always)]
 #[must_use]
-pub fn singular_in_lanes<const POSITIVE: bool, const N: usize>(pivots: &[[Lanes; 2]; N]) -> bool {
-    pivots.iter().fold(false, |any, &[pivot, diagonal]| {
-        let passes = match POSITIVE {
+pub fn singular_in_lanes<const POSITIVE: bool, const N: usize, L: Lanes>(pivots: &[[L; 2]; N]) -> bool {
+    // A loop: closures would be compiled without the instructions of the lanes.
+    let mut any = false;
+    for &[pivot, diagonal] in pivots {
+        any |= !match POSITIVE {
             true => pivot.exceed_signed(PIVOT_TOLERANCE, diagonal),
             false => pivot.exceed(PIVOT_TOLERANCE, diagonal),
         };
-        any | !passes
-    })
+    }
+    any
 }
 
 /// The error that names the first failing pivot; `coordinates` says whose they are.

@@ -7,6 +7,7 @@ mod active_set;
 mod check;
 mod constraints;
 mod kinks;
+mod lane_evaluation;
 mod static_traits;
 // Public for dynamics-analysis alone.
 #[cfg(feature = "alloc")]
@@ -26,6 +27,7 @@ pub use active_set::ActiveSet;
 pub(crate) use check::{parameter_not_finite, violated_assumption};
 pub use constraints::{Constraints, NoMatrix, NoRows, Solved, Terms, Workspace};
 pub use kinks::{Branches, Kink, MAX_KINKS};
+pub use lane_evaluation::LaneEvaluation;
 pub(crate) use static_traits::StaticTraits;
 pub use vector::{InputValues, Square, Vector};
 
@@ -100,8 +102,8 @@ pub trait Model: Sized {
 /// The state type of a model: time, generalized coordinates and velocities, inputs, each with its name.
 pub type State<M> = <M as Model>::State;
 
-/// Coordinates, velocities or accelerations of four states side by side.
-pub type WideOf<M> = <<M as Model>::Vector as Vector>::Wide;
+/// Coordinates, velocities or accelerations of several states side by side.
+pub type WideOf<M, L> = <<M as Model>::Vector as Vector>::Wide<L>;
 
 /// What the functions of a model take as `q`: time jets of its coordinates, inputs and time.
 pub type Coordinates<M> = <M as Model>::Coordinates;
@@ -163,18 +165,18 @@ pub trait Dynamics: Model {
     /// Whether [`Dynamics::accelerations_in_lanes`] is implemented: for straight-line code without choices
     /// that is not too long.
     const HAS_LANES: bool = false;
-    /// Writes q̈ of four states (q, u) side by side at the times t, with the inputs and active set of
+    /// Writes q̈ of several states (q, u) side by side at the times t, with the inputs and active set of
     /// `state`, each with the same bits as [`Dynamics::accelerations_with`] has them. Returns false, and the
-    /// written values are invalid, where that code does not apply to all four states, or there is none: the
-    /// caller then evaluates each state alone.
-    #[inline]
-    fn accelerations_in_lanes(
+    /// written values are invalid, where that code does not apply to all states, or there is none: the
+    /// caller then evaluates each state alone. It is inlined: call it by [`LaneEvaluation`].
+    #[inline(always)]
+    fn accelerations_in_lanes<L: Lanes>(
         &self,
         _constants: &Self::Constants,
         _state: &Self::State,
-        _t: Lanes,
-        _states: [&WideOf<Self>; 2],
-        _accelerations: &mut WideOf<Self>,
+        _t: L,
+        _states: [&WideOf<Self, L>; 2],
+        _accelerations: &mut WideOf<Self, L>,
     ) -> bool {
         false
     }

@@ -23,8 +23,6 @@ pub mod expr;
 #[cfg(feature = "code")]
 pub mod force;
 #[cfg(feature = "code")]
-pub mod lanes;
-#[cfg(feature = "code")]
 pub mod mass_properties;
 #[cfg(feature = "code")]
 pub mod math;
@@ -36,8 +34,6 @@ mod places;
 pub mod rotation;
 #[cfg(feature = "code")]
 pub mod scalar;
-#[cfg(feature = "code")]
-pub mod sin_cos;
 #[cfg(feature = "code")]
 pub mod smooth;
 #[doc(hidden)]
@@ -56,6 +52,8 @@ pub use bodies::{
 };
 #[cfg(feature = "code")]
 pub use derivative::TimeDerivative;
+#[cfg(feature = "code")]
+pub use dynamics_simd::{self as lanes, sin_cos};
 #[cfg(feature = "code")]
 pub use expr::Expr;
 #[cfg(feature = "code")]

@@ -6,6 +6,17 @@ mod type_names;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+/// The library's crates but the façade.
+const CRATES: &[&str] = &[
+    "dynamics-simd",
+    "dynamics-symbolic",
+    "dynamics-vocabulary",
+    "dynamics-macros",
+    "dynamics-view",
+    "dynamics-runtime",
+    "dynamics-analysis",
+];
+
 /// Where the workspace is.
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -83,9 +94,7 @@ fn the_runtime_knows_no_engine() {
 /// Analyses stand above all but the façade: whoever only simulates does not compile them.
 #[test]
 fn nothing_but_the_root_uses_the_analysis() {
-    for name in
-        ["dynamics-symbolic", "dynamics-vocabulary", "dynamics-macros", "dynamics-view", "dynamics-runtime"]
-    {
+    for name in CRATES.iter().filter(|name| **name != "dynamics-analysis") {
         let why = "an analysis asks a model, and no model, motion or picture asks an analysis";
         forbid(&format!("{name}/src"), &["dynamics_analysis"], why);
         let manifest = root().join(name).join("Cargo.toml");
@@ -119,7 +128,24 @@ fn the_vocabulary_knows_pictures_alone() {
     let manifest = include_str!("../../dynamics-vocabulary/Cargo.toml");
     let lines = manifest.split("dependencies]").skip(1).flat_map(str::lines);
     let ours: Vec<_> = lines.filter(|line| line.starts_with("dynamics")).collect();
-    assert_eq!(ours, ["dynamics-view = { workspace = true, optional = true }"], "pictures alone, if at all");
+    let permitted =
+        ["simd", "view"].map(|of| format!("dynamics-{of} = {{ workspace = true, optional = true }}"));
+    assert_eq!(ours, permitted, "vectors and pictures alone, if at all");
+}
+
+/// Vector instructions are the one thing here that the compiler cannot check: they stand in one file, behind
+/// a trait that the rest uses safely.
+#[test]
+fn unsafe_code_stands_in_one_file() {
+    for name in CRATES {
+        let manifest = fs::read_to_string(root().join(name).join("Cargo.toml")).expect("a manifest");
+        let forbids = manifest.contains("[lints]\nworkspace = true");
+        let denies = manifest.contains("unsafe_code = \"deny\"");
+        assert!(if name == &"dynamics-simd" { denies } else { forbids }, "{name}");
+    }
+    let allowing = sources("dynamics-simd/src").into_iter().filter(|(_, text)| text.contains("unsafe_code"));
+    let files: Vec<_> = allowing.map(|(path, _)| path.file_name().map(|name| name.to_owned())).collect();
+    assert_eq!(files, [Some("x86.rs".into())]);
 }
 
 /// The macros need the text of bodies and joints, and no code that a build would have to compile for them.
@@ -214,14 +240,7 @@ fn every_method_runs_without_an_allocator() {
 /// through their folder's own file. A circle is told with the names that tie its modules.
 #[test]
 fn modules_of_a_folder_use_each_other_in_one_direction() {
-    for name in [
-        "dynamics-symbolic",
-        "dynamics-vocabulary",
-        "dynamics-macros",
-        "dynamics-view",
-        "dynamics-runtime",
-        "dynamics-analysis",
-    ] {
+    for name in CRATES {
         let source = root().join(name).join("src");
         let read = modules::Crate::read(&source);
         if let Some(circle) = read.circles().first() {
@@ -238,14 +257,7 @@ fn modules_of_a_folder_use_each_other_in_one_direction() {
 /// A type name stands for one type of its crate. A choice of a method alone has the name of its scheme.
 #[test]
 fn a_type_name_stands_for_one_type() {
-    for name in [
-        "dynamics-symbolic",
-        "dynamics-vocabulary",
-        "dynamics-macros",
-        "dynamics-view",
-        "dynamics-runtime",
-        "dynamics-analysis",
-    ] {
+    for name in CRATES {
         for (word, files) in type_names::definitions(&root().join(name).join("src")) {
             let choices = files.iter().filter(|file| file.ends_with("integrate/choice.rs")).count();
             let types = files.len() - choices.min(1);

@@ -120,8 +120,11 @@ impl<'a> Visit<'a> for Names {
                 self.bind(&argument.pat);
             }
         }
+        // They are known to the whole function, as its imports are.
         for parameter in signature.generics.type_params() {
-            self.must_be_reserved("a generic parameter is", &parameter.ident.to_string());
+            let name = parameter.ident.to_string();
+            self.must_be_reserved("a generic parameter is", &name);
+            self.imported.last_mut().expect("a scope").insert(name);
         }
         visit::visit_signature(self, signature);
     }

@@ -31,12 +31,14 @@ mod dense;
 use super::{ControllerSettings, Method, Phase, Scheme, Stages, StepNode, System, Tolerances};
 use crate::integrate::explicit::tableau::stiffness;
 use crate::integrate::phase::zip;
-use crate::lanes::{COUNT, Lanes, Wide};
+use crate::lanes::{Code, Lanes, Task, Wide, in_four_lanes};
 use crate::model::Vector;
 
 pub use dense::FourPointHermite;
 use dense::InnerNode;
 
+/// Lanes of a plan.
+const COUNT: usize = 4;
 /// Most columns of one lane.
 const MAX_LANE_COLUMNS: usize = 3;
 /// Evaluations of the longest lane.
@@ -59,12 +61,12 @@ struct PlannedEvaluation {
     time: [f64; COUNT],
     /// Twice the substep, as a part of the step.
     double_substep: [f64; COUNT],
-    /// Lanes in which a column ends here.
-    ended: [bool; COUNT],
+    /// Lanes in which a column ends here, as bits.
+    ended: u32,
     /// Lanes in which this is the first column.
-    first: [bool; COUNT],
+    first: u32,
     /// Lanes in which this is the last column.
-    last: [bool; COUNT],
+    last: u32,
     /// Whether a column ends in any lane.
     any: bool,
     /// Weights of the ended columns, in the end of the step and in its error.
@@ -75,14 +77,13 @@ struct PlannedEvaluation {
 
 /// The evaluations of the columns of four lanes, in order; `most` is the largest number of substeps.
 const fn plan(columns: Columns, most: usize) -> [PlannedEvaluation; LANE_EVALUATIONS] {
-    let none = [false; COUNT];
     let zero = [0.0; COUNT];
     let call = PlannedEvaluation {
         time: zero,
         double_substep: zero,
-        ended: none,
-        first: none,
-        last: none,
+        ended: 0,
+        first: 0,
+        last: 0,
         any: false,
         weights: [zero; 2],
         substep: zero,
@@ -101,9 +102,9 @@ const fn plan(columns: Columns, most: usize) -> [PlannedEvaluation; LANE_EVALUAT
             if made == n {
                 let following = if i + 1 < MAX_LANE_COLUMNS { columns[lane][i + 1] } else { 0 };
                 plan[at].any = true;
-                plan[at].ended[lane] = true;
-                plan[at].first[lane] = i == 0;
-                plan[at].last[lane] = following == 0;
+                plan[at].ended |= 1 << lane;
+                plan[at].first |= ((i == 0) as u32) << lane;
+                plan[at].last |= ((following == 0) as u32) << lane;
                 let end = weight(n, most);
                 plan[at].weights[0][lane] = end;
                 plan[at].weights[1][lane] = end - if n < most { weight(n, most - 2) } else { 0.0 };
@@ -130,12 +131,12 @@ const fn weight(n: usize, most: usize) -> f64 {
 }
 
 /// The starts of the four lanes.
-struct LaneStarts<V: Vector> {
-    t: Lanes,
-    y: Stages<V>,
-    slope: Stages<V>,
+struct LaneStarts<V: Vector, L: Lanes> {
+    t: L,
+    y: Stages<V, L>,
+    slope: Stages<V, L>,
     /// The length of each lane.
-    h: Lanes,
+    h: L,
 }
 
 /// Extrapolation of the midpoint rule, of order 14(12).
@@ -153,67 +154,52 @@ impl<V: Vector> GraggBulirschStoer<V> {
     /// and for its error, lane by lane. `observe` receives stages and derivatives of each evaluation. `last`
     /// may replace the stages of finished lanes before the last evaluation; it receives the sums so far.
     #[inline(always)]
-    fn run_plan<S: System<V>>(
+    fn run_plan<S: System<V>, L: Lanes>(
         system: &mut S,
-        start: &LaneStarts<V>,
+        start: &LaneStarts<V, L>,
         plan: &[PlannedEvaluation; LANE_EVALUATIONS],
-        mut last: impl FnMut(&mut Stages<V>, &[Stages<V>; 2]),
-        mut observe: impl FnMut(usize, &Stages<V>, &Stages<V>),
-    ) -> Result<[Stages<V>; 2], S::Error> {
-        let part = |of: [f64; COUNT]| start.h * Lanes::new(of);
+        mut last: impl FnMut(&mut Stages<V, L>, &[Stages<V, L>; 2]),
+        mut observe: impl FnMut(usize, &Stages<V, L>, &Stages<V, L>),
+    ) -> Result<[Stages<V, L>; 2], S::Error> {
+        let part = |of: &[f64; COUNT]| start.h * L::load(of);
         // Displacements after even and odd substeps; each one replaces the last but one. The first evaluation
         // is at the end of the first substep.
-        let [mut even, mut odd] = [Stages::<V>::zeros(), scaled(part(plan[0].time), &start.slope)];
-        let (mut first, mut sums, mut slope) = (Stages::<V>::zeros(), [Stages::zeros(); 2], Stages::zeros());
+        let [mut even, mut odd] = [Stages::<V, L>::zeros(), scaled(part(&plan[0].time), &start.slope)];
+        let (mut first, mut sums, mut slope) =
+            (Stages::<V, L>::zeros(), [Stages::zeros(); 2], Stages::zeros());
         let mut stage = sum(&start.y, &odd);
         for (i, call) in plan.iter().enumerate() {
             if i + 1 == LANE_EVALUATIONS {
                 last(&mut stage, &sums);
             }
-            system.derivatives(start.t + part(call.time), &stage, &mut slope)?;
+            system.derivatives(start.t + part(&call.time), &stage, &mut slope)?;
             observe(i, &stage, &slope);
             let (now, next) = if i % 2 == 0 { (&mut odd, &mut even) } else { (&mut even, &mut odd) };
-            let twice = part(call.double_substep);
+            let twice = part(&call.double_substep);
             let (y, begin) = (&start.y, &start.slope);
             if !call.any {
-                midpoint_substep::<V>(twice, [&mut next.q, &mut stage.q], [&slope.q, &y.q]);
-                midpoint_substep::<V>(twice, [&mut next.u, &mut stage.u], [&slope.u, &y.u]);
+                midpoint_substep::<V, L>(twice, [&mut next.q, &mut stage.q], [&slope.q, &y.q]);
+                midpoint_substep::<V, L>(twice, [&mut next.u, &mut stage.u], [&slope.u, &y.u]);
                 continue;
             }
-            let substeps = (twice, part(call.substep));
+            let substeps = (twice, part(&call.substep));
             let [end, error] = &mut sums;
             let of_q = [&mut now.q, &mut next.q, &mut stage.q, &mut first.q, &mut end.q, &mut error.q];
-            finish::<V>(call, substeps, of_q, [&slope.q, &y.q, &begin.q]);
+            finish::<V, L>(call, substeps, of_q, [&slope.q, &y.q, &begin.q]);
             let of_u = [&mut now.u, &mut next.u, &mut stage.u, &mut first.u, &mut end.u, &mut error.u];
-            finish::<V>(call, substeps, of_u, [&slope.u, &y.u, &begin.u]);
+            finish::<V, L>(call, substeps, of_u, [&slope.u, &y.u, &begin.u]);
         }
         Ok(sums)
-    }
-
-    /// The first derivatives that are not finite, so that the error names their coordinate.
-    #[cold]
-    fn first_not_finite<S: System<V>>(
-        system: &mut S,
-        start: &LaneStarts<V>,
-    ) -> Result<Option<Phase<V>>, S::Error> {
-        let mut found = None;
-        Self::run_plan(
-            system,
-            start,
-            &STEP_PLAN,
-            |_, _| {},
-            |_, _, slope| {
-                let first = || (0..COUNT).map(|lane| slope.of(lane)).find(|slope| !slope.is_finite());
-                found = found.or_else(first);
-            },
-        )?;
-        Ok(found)
     }
 }
 
 /// One substep zᵢ₊₁ = zᵢ₋₁ + 2ηf(zᵢ), in place of zᵢ₋₁, and the stage there.
 #[inline(always)]
-fn midpoint_substep<V: Vector>(twice: Lanes, [next, stage]: [&mut V::Wide; 2], [slope, y]: [&V::Wide; 2]) {
+fn midpoint_substep<V: Vector, L: Lanes>(
+    twice: L,
+    [next, stage]: [&mut V::Wide<L>; 2],
+    [slope, y]: [&V::Wide<L>; 2],
+) {
     for i in 0..V::LEN {
         let next = &mut next.as_mut_slice()[i];
         *next = *next + twice * slope.as_slice()[i];
@@ -228,36 +214,49 @@ const MAX_ELEMENTS_INLINE: usize = 4;
 /// [`finish_columns`], inlined where stages are short. For longer ones inlining would cost a tenth of the
 /// time of a run of Andrews' mechanism.
 #[inline(always)]
-fn finish<V: Vector>(
+fn finish<V: Vector, L: Lanes>(
     call: &PlannedEvaluation,
-    substeps: (Lanes, Lanes),
-    changed: [&mut V::Wide; 6],
-    read: [&V::Wide; 3],
+    substeps: (L, L),
+    changed: [&mut V::Wide<L>; 6],
+    read: [&V::Wide<L>; 3],
 ) {
-    let apart = |changed, read| finish_columns::<V>(call, substeps, changed, read);
-    if V::LEN <= MAX_ELEMENTS_INLINE {
-        finish_columns::<V>(call, substeps, changed, read)
-    } else {
-        apart(changed, read)
+    let finish = FinishColumns::<V, L> { call, substeps, changed, read };
+    if V::LEN <= MAX_ELEMENTS_INLINE { finish.run() } else { L::call(finish) }
+}
+
+/// [`finish_columns`] as code that may use the instructions of its lanes where it is not inlined.
+struct FinishColumns<'a, V: Vector, L: Lanes> {
+    call: &'a PlannedEvaluation,
+    substeps: (L, L),
+    changed: [&'a mut V::Wide<L>; 6],
+    read: [&'a V::Wide<L>; 3],
+}
+
+impl<V: Vector, L: Lanes> Code for FinishColumns<'_, V, L> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        finish_columns::<V, L>(self.call, self.substeps, self.changed, self.read);
     }
 }
 
 /// A substep after which columns end: they are added to the sums, and the next columns of their lanes begin.
 #[inline(always)]
-fn finish_columns<V: Vector>(
+fn finish_columns<V: Vector, L: Lanes>(
     call: &PlannedEvaluation,
-    (twice, substep): (Lanes, Lanes),
-    [now, next, stage, first, end, error]: [&mut V::Wide; 6],
-    [slope, y, begin]: [&V::Wide; 3],
+    (twice, substep): (L, L),
+    [now, next, stage, first, end, error]: [&mut V::Wide<L>; 6],
+    [slope, y, begin]: [&V::Wide<L>; 3],
 ) {
-    let weights = call.weights.map(Lanes::new);
+    let weights = [L::load(&call.weights[0]), L::load(&call.weights[1])];
+    let (ended, is_first, is_last) = (L::mask(call.ended), L::mask(call.first), L::mask(call.last));
     for i in 0..V::LEN {
         let found = next.as_slice()[i] + twice * slope.as_slice()[i];
         let of_end = end.as_slice()[i] + weights[0] * found;
         let of_error = error.as_slice()[i] + weights[1] * found;
-        let of_first = found.or(call.first, first.as_slice()[i]);
-        let before = Lanes::ZERO.or(call.ended, now.as_slice()[i]);
-        let after = of_first.or(call.last, (substep * begin.as_slice()[i]).or(call.ended, found));
+        let of_first = found.or(is_first, first.as_slice()[i]);
+        let before = L::zero().or(ended, now.as_slice()[i]);
+        let after = of_first.or(is_last, (substep * begin.as_slice()[i]).or(ended, found));
         (end.as_mut_slice()[i], error.as_mut_slice()[i]) = (of_end, of_error);
         (first.as_mut_slice()[i], now.as_mut_slice()[i]) = (of_first, before);
         (next.as_mut_slice()[i], stage.as_mut_slice()[i]) = (after, y.as_slice()[i] + after);
@@ -266,7 +265,7 @@ fn finish_columns<V: Vector>(
 
 /// x + y.
 #[inline(always)]
-fn sum<V: Vector>(x: &Stages<V>, y: &Stages<V>) -> Stages<V> {
+fn sum<V: Vector, L: Lanes>(x: &Stages<V, L>, y: &Stages<V, L>) -> Stages<V, L> {
     let mut out = *x;
     for i in 0..V::LEN {
         out.q.as_mut_slice()[i] = x.q.as_slice()[i] + y.q.as_slice()[i];
@@ -277,7 +276,7 @@ fn sum<V: Vector>(x: &Stages<V>, y: &Stages<V>) -> Stages<V> {
 
 /// factor·y.
 #[inline(always)]
-fn scaled<V: Vector>(factor: Lanes, y: &Stages<V>) -> Stages<V> {
+fn scaled<V: Vector, L: Lanes>(factor: L, y: &Stages<V, L>) -> Stages<V, L> {
     let mut out = *y;
     for i in 0..V::LEN {
         out.q.as_mut_slice()[i] = factor * y.q.as_slice()[i];
@@ -288,7 +287,8 @@ fn scaled<V: Vector>(factor: Lanes, y: &Stages<V>) -> Stages<V> {
 
 /// Puts other values into some lanes.
 #[inline(always)]
-fn replace<V: Vector>(of: &mut Stages<V>, lanes: [bool; COUNT], by: &Stages<V>) {
+fn replace<V: Vector, L: Lanes>(of: &mut Stages<V, L>, lanes: u32, by: &Stages<V, L>) {
+    let lanes = L::mask(lanes);
     for i in 0..V::LEN {
         of.q.as_mut_slice()[i] = by.q.as_slice()[i].or(lanes, of.q.as_slice()[i]);
         of.u.as_mut_slice()[i] = by.u.as_slice()[i].or(lanes, of.u.as_slice()[i]);
@@ -297,24 +297,105 @@ fn replace<V: Vector>(of: &mut Stages<V>, lanes: [bool; COUNT], by: &Stages<V>) 
 
 /// The same phase in every lane.
 #[inline(always)]
-fn fill<V: Vector>(phase: &Phase<V>) -> Stages<V> {
-    let mut out = Stages::<V>::zeros();
+fn fill<V: Vector, L: Lanes>(phase: &Phase<V>) -> Stages<V, L> {
+    let mut out = Stages::<V, L>::zeros();
     for i in 0..V::LEN {
-        out.q.as_mut_slice()[i] = Lanes::splat(phase.q[i]);
-        out.u.as_mut_slice()[i] = Lanes::splat(phase.u[i]);
+        out.q.as_mut_slice()[i] = L::splat(phase.q[i]);
+        out.u.as_mut_slice()[i] = L::splat(phase.u[i]);
     }
     out
 }
 
 /// The sum over some lanes.
 #[inline(always)]
-fn total<V: Vector>(of: &Stages<V>, lanes: core::ops::Range<usize>) -> Phase<V> {
+fn total<V: Vector, L: Lanes>(of: &Stages<V, L>, lanes: core::ops::Range<usize>) -> Phase<V> {
     let mut out = Phase::<V>::zeros();
     for i in 0..V::LEN {
-        out.q[i] = of.q.as_slice()[i].to_array()[lanes.clone()].iter().sum();
-        out.u[i] = of.u.as_slice()[i].to_array()[lanes.clone()].iter().sum();
+        out.q[i] = of.q.as_slice()[i].array()[lanes.clone()].iter().sum();
+        out.u[i] = of.u.as_slice()[i].array()[lanes.clone()].iter().sum();
     }
     out
+}
+
+/// The end of a step; what else the method keeps of it is written there.
+struct Attempt<'a, V: Vector, S> {
+    method: &'a mut GraggBulirschStoer<V>,
+    system: &'a mut S,
+    start: &'a StepNode<V>,
+    h: f64,
+    /// Whether the first derivatives that are not finite are kept, so that the error names their coordinate.
+    watches: bool,
+}
+
+impl<V: Vector, S: System<V>> Task for Attempt<'_, V, S> {
+    type Output = Result<Phase<V>, S::Error>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let Self { method, system, start, h, watches } = self;
+        let (y, slope) = (&start.y, start.derivative());
+        let from =
+            LaneStarts::<V, L> { t: L::splat(start.t), y: fill(y), slope: fill(&slope), h: L::splat(h) };
+        let (six_columns, mut not_finite) = (&mut method.six_columns, None);
+        // While column 14 is missing, the difference of the sums is the change by the other six.
+        let six = |stage: &mut Stages<V, L>, sums: &[Stages<V, L>; 2]| {
+            // One by one: `map` of an array is a call, without the vectors of the lanes.
+            let (change, error) = (total(&sums[0], 0..COUNT), total(&sums[1], 0..COUNT));
+            let six = zip(y, &zip(&change, &error, |change, error| change - error), |y, change| y + change);
+            replace(stage, 0b1110, &fill(&six));
+        };
+        let plan = &STEP_PLAN;
+        let [changes, errors] =
+            GraggBulirschStoer::<V>::run_plan(system, &from, plan, six, |call, stage, slope| {
+                if call + 1 == LANE_EVALUATIONS {
+                    *six_columns = (stage.of(1), slope.of(1).u);
+                }
+                if watches {
+                    let first = || (0..COUNT).map(|lane| slope.of(lane)).find(|slope| !slope.is_finite());
+                    not_finite = not_finite.or_else(first);
+                }
+            })?;
+        let change = total(&changes, 0..COUNT);
+        let end = zip(y, &change, |y, change| y + change);
+        method.error = total(&errors, 0..COUNT);
+        let mean = zip(&change, &change, |change, _| change / h);
+        method.stages = [slope, not_finite.unwrap_or(mean)];
+        Ok(end)
+    }
+}
+
+/// The inner nodes of the interpolant of a step with these ends.
+struct InnerNodes<'a, V: Vector, S> {
+    system: &'a mut S,
+    ends: [&'a StepNode<V>; 2],
+    h: f64,
+}
+
+impl<V: Vector, S: System<V>> Task for InnerNodes<'_, V, S> {
+    type Output = Result<[InnerNode<V>; 2], S::Error>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Self::Output {
+        let Self { system, ends: [start, end], h } = self;
+        let third = h / 3.0;
+        let (mut y, mut slope) = (fill::<V, L>(&start.y), fill(&start.derivative()));
+        let back = 0b1100;
+        replace(&mut y, back, &fill(&end.y));
+        replace(&mut slope, back, &fill(&end.derivative()));
+        let t = L::load(&[start.t, start.t, end.t, end.t]);
+        let from = LaneStarts { t, y, slope, h: L::load(&[third, third, -third, -third]) };
+        let [changes, _] =
+            GraggBulirschStoer::<V>::run_plan(system, &from, &DENSE_PLAN, |_, _| {}, |_, _, _| {})?;
+        let ways = [total(&changes, 0..2), total(&changes, 2..4)];
+        let plus = |from: &StepNode<V>, way: &Phase<V>| zip(&from.y, way, |y, way| y + way);
+        let inner = [plus(start, &ways[0]), plus(end, &ways[1])];
+        let mut stages = fill(&inner[0]);
+        replace(&mut stages, back, &fill(&inner[1]));
+        let mut slopes = Stages::zeros();
+        system.derivatives(t + from.h, &stages, &mut slopes)?;
+        let node = |i: usize| InnerNode { displacement: ways[i].q, u: inner[i].u, a: slopes.of(2 * i).u };
+        Ok([node(0), node(1)])
+    }
 }
 
 impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
@@ -348,29 +429,15 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
         h: f64,
         tolerances: &Tolerances,
     ) -> Result<(Phase<V>, f64), S::Error> {
-        let (y, slope) = (&start.y, start.derivative());
-        let from =
-            LaneStarts { t: Lanes::splat(start.t), y: fill(y), slope: fill(&slope), h: Lanes::splat(h) };
-        let six_columns = &mut self.six_columns;
-        // While column 14 is missing, the difference of the sums is the change by the other six.
-        let six = |stage: &mut Stages<V>, sums: &[Stages<V>; 2]| {
-            let [change, error] = [0, 1].map(|i| total(&sums[i], 0..COUNT));
-            let six = zip(y, &zip(&change, &error, |change, error| change - error), |y, change| y + change);
-            replace(stage, [false, true, true, true], &fill(&six));
-        };
-        let [changes, errors] = Self::run_plan(system, &from, &STEP_PLAN, six, |call, stage, slope| {
-            if call + 1 == LANE_EVALUATIONS {
-                *six_columns = (stage.of(1), slope.of(1).u);
+        let mut watches = false;
+        loop {
+            // One call: its code is compiled once.
+            let end = in_four_lanes(Attempt { method: self, system, start, h, watches })?;
+            if watches || end.is_finite() {
+                return Ok((end, tolerances.norm(&self.error, &start.y, &end)));
             }
-        })?;
-        let change = total(&changes, 0..COUNT);
-        let end = zip(y, &change, |y, change| y + change);
-        self.error = total(&errors, 0..COUNT);
-        self.stages = [slope, zip(&change, &change, |change, _| change / h)];
-        if !end.is_finite() {
-            self.stages[1] = Self::first_not_finite(system, &from)?.unwrap_or(self.stages[1]);
+            watches = true;
         }
-        Ok((end, tolerances.norm(&self.error, y, &end)))
     }
 
     fn dense<S: System<V>>(
@@ -380,23 +447,8 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
         end: &StepNode<V>,
         h: f64,
     ) -> Result<FourPointHermite<V>, S::Error> {
-        let third = h / 3.0;
-        let (mut y, mut slope) = (fill(&start.y), fill(&start.derivative()));
-        let back = [false, false, true, true];
-        replace(&mut y, back, &fill(&end.y));
-        replace(&mut slope, back, &fill(&end.derivative()));
-        let t = Lanes::new([start.t, start.t, end.t, end.t]);
-        let from = LaneStarts { t, y, slope, h: Lanes::new([third, third, -third, -third]) };
-        let [changes, _] = Self::run_plan(system, &from, &DENSE_PLAN, |_, _| {}, |_, _, _| {})?;
-        let ways = [total(&changes, 0..2), total(&changes, 2..4)];
-        let inner =
-            [(start, &ways[0]), (end, &ways[1])].map(|(from, way)| zip(&from.y, way, |y, way| y + way));
-        let mut stages = fill(&inner[0]);
-        replace(&mut stages, back, &fill(&inner[1]));
-        let mut slopes = Stages::zeros();
-        system.derivatives(t + from.h, &stages, &mut slopes)?;
-        let node = |i: usize| InnerNode { displacement: ways[i].q, u: inner[i].u, a: slopes.of(2 * i).u };
-        Ok(FourPointHermite::new([start, end], &[node(0), node(1)], h))
+        let nodes = in_four_lanes(InnerNodes { system, ends: [start, end], h })?;
+        Ok(FourPointHermite::new([start, end], &nodes, h))
     }
 
     /// Dense output needs the ends only.
@@ -436,9 +488,9 @@ mod tests {
     #[test]
     fn weights_extrapolate_to_substeps_of_no_length() {
         let moment = |plan: &[PlannedEvaluation; LANE_EVALUATIONS], which: usize, k: i32| -> f64 {
-            let ended = plan
-                .iter()
-                .flat_map(|call| (0..COUNT).filter(|lane| call.ended[*lane]).map(move |lane| (call, lane)));
+            let ended = plan.iter().flat_map(|call| {
+                (0..COUNT).filter(|lane| call.ended >> lane & 1 == 1).map(move |lane| (call, lane))
+            });
             ended.map(|(call, lane)| call.weights[which][lane] * call.double_substep[lane].powi(2 * k)).sum()
         };
         for k in 0..7 {
@@ -451,7 +503,7 @@ mod tests {
         assert!(moment(&STEP_PLAN, 1, 6).abs() > 1e-6);
         for plan in [STEP_PLAN, DENSE_PLAN] {
             for lane in 0..COUNT {
-                let last = plan.iter().position(|call| call.last[lane]).unwrap();
+                let last = plan.iter().position(|call| call.last >> lane & 1 == 1).unwrap();
                 assert!(last + 2 >= LANE_EVALUATIONS && plan[last].time[lane] < 1.0, "{last}");
             }
         }

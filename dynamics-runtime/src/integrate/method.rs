@@ -57,6 +57,13 @@ impl Method {
         matches!(self, Self::Radau5 | Self::Esdirk4 | Self::GeneralizedAlpha)
     }
 
+    /// Smallest tolerance at which truncation, and not rounding, determines the error estimate: iterations of
+    /// implicit methods leave rounding errors of their own, weights of extrapolation multiply them.
+    #[must_use]
+    pub const fn finest_tolerance(self) -> f64 {
+        if self.is_for_stiff() || matches!(self, Self::GraggBulirschStoer) { 1e-13 } else { 1e-14 }
+    }
+
     /// Order of the step; of the interpolant for [`Method::PositionAnalysis`]; the highest one of Taylor
     /// series.
     #[must_use]

@@ -1,4 +1,4 @@
-//! Points of phase space, alone and four side by side, the nodes between steps, and arithmetic with them.
+//! Points of phase space, alone and several side by side, the nodes between steps, and arithmetic with them.
 
 use crate::lanes::{Lanes, Wide};
 use crate::model::Vector;
@@ -27,21 +27,21 @@ impl<V: Vector> Phase<V> {
     }
 }
 
-/// Four phases side by side.
+/// Several phases side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stages<V: Vector> {
+pub struct Stages<V: Vector, L: Lanes> {
     /// Generalized coordinates; q̇ in derivatives.
-    pub q: V::Wide,
+    pub q: V::Wide<L>,
     /// Generalized velocities; q̈ in derivatives.
-    pub u: V::Wide,
+    pub u: V::Wide<L>,
 }
 
-impl<V: Vector> Stages<V> {
+impl<V: Vector, L: Lanes> Stages<V, L> {
     /// All zero.
     #[inline(always)]
     #[must_use]
     pub fn zeros() -> Self {
-        Self { q: V::Wide::zeros(), u: V::Wide::zeros() }
+        Self { q: V::Wide::<L>::zeros(), u: V::Wide::<L>::zeros() }
     }
     /// The phase of one lane.
     #[inline(always)]
@@ -49,22 +49,17 @@ impl<V: Vector> Stages<V> {
     pub fn of(&self, lane: usize) -> Phase<V> {
         let mut phase = Phase::<V>::zeros();
         for i in 0..V::LEN {
-            phase.q[i] = self.q.as_slice()[i].to_array()[lane];
-            phase.u[i] = self.u.as_slice()[i].to_array()[lane];
+            phase.q[i] = self.q.as_slice()[i].lane(lane);
+            phase.u[i] = self.u.as_slice()[i].lane(lane);
         }
         phase
     }
     /// Puts a phase into one lane.
     #[inline(always)]
     pub fn put(&mut self, lane: usize, phase: &Phase<V>) {
-        let set = |lanes: &mut Lanes, x| {
-            let mut array = lanes.to_array();
-            array[lane] = x;
-            *lanes = Lanes::new(array);
-        };
         for i in 0..V::LEN {
-            set(&mut self.q.as_mut_slice()[i], phase.q[i]);
-            set(&mut self.u.as_mut_slice()[i], phase.u[i]);
+            let (q, u) = (&mut self.q.as_mut_slice()[i], &mut self.u.as_mut_slice()[i]);
+            (*q, *u) = (q.with_lane(lane, phase.q[i]), u.with_lane(lane, phase.u[i]));
         }
     }
 }

@@ -33,14 +33,14 @@ pub trait Accelerations<V: Vector> {
         let u = self.accelerations(t, &y.q, &y.u)?;
         Ok(Phase { q: y.u, u })
     }
-    /// Writes (q̇, q̈) at four stages side by side, each as [`Accelerations::derivative`] returns it. The
-    /// default calls that function four times.
+    /// Writes (q̇, q̈) at several stages side by side, each as [`Accelerations::derivative`] returns it. The
+    /// default calls that function for each.
     #[inline(always)]
-    fn derivatives(
+    fn derivatives<L: Lanes>(
         &mut self,
-        t: Lanes,
-        y: &Stages<V>,
-        derivatives: &mut Stages<V>,
+        t: L,
+        y: &Stages<V, L>,
+        derivatives: &mut Stages<V, L>,
     ) -> Result<(), Self::Error> {
         one_by_one(self, t, y, derivatives)
     }
@@ -312,16 +312,16 @@ pub struct ProjectedEnd {
     pub noise: f64,
 }
 
-/// [`Accelerations::derivatives`] of four stages, one after the other.
+/// [`Accelerations::derivatives`] of some stages, one after the other.
 #[inline(always)]
-pub(crate) fn one_by_one<V: Vector, S: Accelerations<V> + ?Sized>(
+pub(crate) fn one_by_one<V: Vector, L: Lanes, S: Accelerations<V> + ?Sized>(
     system: &mut S,
-    t: Lanes,
-    y: &Stages<V>,
-    derivatives: &mut Stages<V>,
+    t: L,
+    y: &Stages<V, L>,
+    derivatives: &mut Stages<V, L>,
 ) -> Result<(), S::Error> {
-    for (lane, t) in t.to_array().into_iter().enumerate() {
-        derivatives.put(lane, &system.derivative(t, &y.of(lane))?);
+    for lane in 0..L::COUNT {
+        derivatives.put(lane, &system.derivative(t.lane(lane), &y.of(lane))?);
     }
     Ok(())
 }

@@ -15,8 +15,8 @@ pub trait Vector:
     const LEN: usize;
     /// A square matrix of as many rows and columns.
     type Square: Square;
-    /// As many elements, each of four numbers side by side.
-    type Wide: Wide;
+    /// As many elements, each of several numbers side by side.
+    type Wide<L: Lanes>: Wide<L>;
     /// All elements zero.
     fn zeros() -> Self;
     /// The elements in order.
@@ -91,7 +91,7 @@ impl<const N: usize> Square for [[f64; N]; N] {
 impl<const N: usize> Vector for SVector<f64, N> {
     const LEN: usize = N;
     type Square = [[f64; N]; N];
-    type Wide = [Lanes; N];
+    type Wide<L: Lanes> = [L; N];
     #[inline(always)]
     fn zeros() -> Self {
         SVector::from_array_storage(nalgebra::ArrayStorage([[0.0; N]]))

@@ -19,9 +19,11 @@ use crate::error::SolveError;
 use crate::integrate::{
     Accelerations, Dense, Phase, ProjectedEnd, Stages, Step, StepFlags, StepNode, Tolerances, increment, zip,
 };
-use crate::lanes::{self, Lanes};
+use crate::lanes::Lanes;
 use crate::linalg::max_abs;
-use crate::model::{ActiveSet, Branches, Constraints, Model, ModelState, StaticTraits, Vector, WideOf};
+use crate::model::{
+    ActiveSet, Branches, Constraints, LaneEvaluation, Model, ModelState, StaticTraits, Vector, WideOf,
+};
 use crate::simulate::stabilization::{Stabilization, StabilizationSnapshot};
 
 /// Input values as a function of time and state.
@@ -302,18 +304,30 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
 }
 
 impl<M: Constraints> RightHandSide<'_, '_, M> {
-    /// Writes q̈ of four stages at once, where that equals evaluating them one by one: without a listener,
+    /// Writes q̈ of several stages at once, where that equals evaluating them one by one: without a listener,
     /// an input law, held branches or added terms. False where it was not possible.
     #[inline(always)]
-    fn accelerations_in_lanes(&mut self, t: Lanes, y: &Stages<M::Vector>, a: &mut WideOf<M>) -> bool {
+    fn accelerations_in_lanes<L: Lanes>(
+        &mut self,
+        t: L,
+        y: &Stages<M::Vector, L>,
+        a: &mut WideOf<M, L>,
+    ) -> bool {
         let plain = self.law.is_none() && self.listener.is_none() && self.held_branches == Branches::FREE;
         if !M::HAS_LANES || !plain || !(M::IS_UNCONSTRAINED || self.stabilization.adds_nothing()) {
             return false;
         }
         let mut state = M::State::new(f64::NAN, M::Vector::zeros(), M::Vector::zeros(), self.held_inputs);
         *state.active_set_mut() = self.active_set;
-        let found = self.model.accelerations_in_lanes(self.constants, &state, t, [&y.q, &y.u], a);
-        self.evaluations += if found { lanes::COUNT as u64 } else { 0 };
+        let found = L::call(LaneEvaluation {
+            model: self.model,
+            constants: self.constants,
+            state: &state,
+            t,
+            states: [&y.q, &y.u],
+            accelerations: a,
+        });
+        self.evaluations += if found { L::COUNT as u64 } else { 0 };
         found
     }
 }

@@ -66,7 +66,7 @@ impl<'a> Access<'a> {
         }
     }
 
-    /// Four states side by side: as [`Self::new`], where the model makes no choices.
+    /// Several states side by side: as [`Self::new`], where the model makes no choices.
     pub(in super::super) fn of_lanes(surface: &Surface, compiled: &'a Compiled) -> Self {
         Self { lanes: true, ..Self::new(surface, compiled) }
     }
@@ -75,7 +75,7 @@ impl<'a> Access<'a> {
     pub(super) fn imports(&self) -> TokenStream {
         let private = &self.private;
         if self.lanes {
-            return quote!(use #private::{Lanes as __Lanes, math as __math};);
+            return quote!(use #private::math as __math;);
         }
         quote!(use #private::{SmoothFunction as __Smooth, math as __math, sin_cos as __sin_cos};)
     }

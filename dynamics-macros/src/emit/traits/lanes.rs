@@ -1,4 +1,4 @@
-//! Accelerations of four states side by side.
+//! Accelerations of several states side by side.
 
 use dynamics_symbolic::graph::{Node, NodeId};
 use dynamics_symbolic::mechanics::Solution;
@@ -62,22 +62,23 @@ impl Emission<'_> {
             None => {
                 let positive = self.compiled.equations.energies.is_some();
                 let pairs = values.chunks(2).map(|pair| (&pair[0], &pair[1])).map(|(a, b)| quote!([#a, #b]));
-                quote!(#private::singular_in_lanes::<#positive, _>(&[#(#pairs),*]))
+                quote!(#private::singular_in_lanes::<#positive, _, _>(&[#(#pairs),*]))
             }
         };
         let check = (!values.is_empty()).then(|| quote!(if #fails { return false; }));
         let (model, k, state, w) = (local("model"), local("k"), local("state"), local("w"));
         let (t, q, u, a) = (local("t"), local("q"), local("u"), local("accelerations"));
+        let lanes = local("Lanes");
         quote! {
             const HAS_LANES: #private::bool = true;
-            #[inline]
-            fn accelerations_in_lanes(
+            #[inline(always)]
+            fn accelerations_in_lanes<#lanes: #private::Lanes>(
                 &self,
                 #k: &Self::Constants,
                 #state: &<Self as #private::Model>::State,
-                #t: #private::Lanes,
-                [#q, #u]: [&#private::WideOf<Self>; 2],
-                #a: &mut #private::WideOf<Self>,
+                #t: #lanes,
+                [#q, #u]: [&#private::WideOf<Self, #lanes>; 2],
+                #a: &mut #private::WideOf<Self, #lanes>,
             ) -> #private::bool {
                 let (#model, #w) = (self, &#state.inputs.data.0[0]);
                 #statements

@@ -54,11 +54,11 @@ impl<M: Constraints> Accelerations<M::Vector> for RightHandSide<'_, '_, M> {
     }
 
     #[inline(always)]
-    fn derivatives(
+    fn derivatives<L: Lanes>(
         &mut self,
-        t: Lanes,
-        y: &Stages<M::Vector>,
-        derivatives: &mut Stages<M::Vector>,
+        t: L,
+        y: &Stages<M::Vector, L>,
+        derivatives: &mut Stages<M::Vector, L>,
     ) -> Result<(), EvaluationError> {
         if self.accelerations_in_lanes(t, y, &mut derivatives.u) {
             derivatives.q = y.u;

@@ -2,7 +2,7 @@
 
 use dashu_float::FBig;
 use dashu_float::round::mode::HalfEven;
-use dynamics_vocabulary::sin_cos;
+use dynamics_simd::sin_cos;
 use proptest::prelude::*;
 
 type Real = FBig<HalfEven, 2>;
