@@ -161,9 +161,11 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
 
     /// Overrides the choice of the method: one of [`crate::methods`].
     ///
-    /// Without it: RK4 with a fixed step, else Tsitouras 5(4) for tolerances above 1e-4, Verner 9(8) below
-    /// 1e-6 without constraints, else DOP853. Where the motion turns out to be stiff, Radau IIA continues,
-    /// and the summary reports the time.
+    /// Without it: RK4 with a fixed step, else Tsitouras 5(4) for tolerances above 1e-4. Between 1e-12 and
+    /// 1e-4 extrapolation (Gragg, Bulirsch, Stoer) where the model has no constraints, no input closure and
+    /// code for several states at once. Else Verner 9(8) without constraints, if the tolerance is below 1e-6
+    /// or there is such code, and DOP853. Where the motion turns out to be stiff, Radau IIA continues, and
+    /// the summary reports the time.
     pub fn method(mut self, method: impl Into<AnyMethod<M>>) -> Self {
         self.method = Some(method.into().0);
         self

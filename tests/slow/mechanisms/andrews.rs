@@ -8,6 +8,7 @@ use core::convert::Infallible;
 
 use dynamics::integrate::{Dop853, Phase, StepOptions, Stepper, Tolerances};
 use dynamics::prelude::*;
+use dynamics::simulate::{OptionError, SimulationErrorKind};
 use nalgebra::SVector;
 
 use crate::support::*;
@@ -259,6 +260,23 @@ fn end_values_by_extrapolation() {
         promise(BaumgarteTied, 1e-12, [1e-9, 1e-7, 1e-7], [1e-9, 1e-6]),
     ];
     keeps_with(methods::GraggBulirschStoer, &PUBLISHED, start(&PUBLISHED), &references, &promises);
+}
+
+/// Below the rounding of its columns extrapolation would make steps of a few units in the last place.
+#[test]
+fn extrapolation_refuses_tolerances_that_it_cannot_resolve() {
+    let run = |tolerance: f64| PUBLISHED.simulate(start(&PUBLISHED)).until(0.03).tolerance(tolerance);
+    let error = run(1e-14).method(methods::GraggBulirschStoer).run().unwrap_err();
+    let SimulationErrorKind::Option(OptionError::ToleranceTooFine { finest, .. }) = error.kind else {
+        panic!("{error}")
+    };
+    assert_eq!(finest, 1e-13);
+    // A tolerance for absolute errors alone says nothing of that.
+    let absolute = PUBLISHED.simulate(start(&PUBLISHED)).until(1e-3).tolerances(1e-8, 0.0);
+    absolute.method(methods::GraggBulirschStoer).run().unwrap();
+    assert!(error.to_string().contains("methods::Taylor::default()"), "{error}");
+    let motion = run(1e-13).method(methods::GraggBulirschStoer).run().unwrap();
+    assert!(motion.counts().steps < 1000, "{}", motion.counts().steps);
 }
 
 /// States along the motion, beside one at which two bodies are in line, so that the general solver has to

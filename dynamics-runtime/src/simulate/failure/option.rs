@@ -212,6 +212,19 @@ pub enum OptionError {
         /// What to do instead.
         remedy: &'static str,
     },
+    /// Rounding would reject every step of extrapolation with constraints.
+    #[error(
+        "{method} resolves tolerances down to {finest:e} where there are constraints, not {tolerance:e}: \
+         below, rounding rejects every step; give a larger tolerance, methods::Dop853 or methods::Taylor::default()"
+    )]
+    ToleranceTooFine {
+        /// The method.
+        method: crate::simulate::Method,
+        /// The tolerance that was given.
+        tolerance: f64,
+        /// The smallest for this method.
+        finest: f64,
+    },
     /// `.fixed_step(..)` leaves nothing for another step option to say.
     #[error("`.{option}(..)` says nothing beside `.fixed_step(..)`; drop one of them")]
     FixedStepExcludes {

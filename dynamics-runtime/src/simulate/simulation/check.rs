@@ -9,8 +9,8 @@ use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
-use crate::integrate::choice::{Dop853, Rk4, Suits, Tsit5, Verner9};
-use crate::integrate::{Direction, StepOptions, Tolerances};
+use crate::integrate::choice::{Dop853, GraggBulirschStoer, Rk4, Suits, Tsit5, Verner9};
+use crate::integrate::{Direction, Method, StepOptions, Tolerances};
 use crate::model::{Constraints, Expansion, ModelState, SolverKind, StaticTraits, Vector};
 use crate::simulate::erased_method::SharedMethod;
 use crate::simulate::events::rules::{Action, Rule};
@@ -29,19 +29,25 @@ use dynamics_view::suggest;
 /// and events more densely. With a smaller value it is also chosen where DOP853 takes less time and detects
 /// stiffness sooner; with a larger one long steps are made for few digits.
 const LOOSE_TOLERANCE: f64 = 1e-4;
-/// Tolerance below which, without constraints, Verner 9(8) is chosen instead of DOP853.
+/// Tolerance below which, without constraints and without lanes, Verner 9(8) is chosen instead of DOP853.
 ///
 /// It takes 0.75 of the time of DOP853 to an error of 1e-6 and 0.65 to 1e-9. At larger tolerances it gains
-/// little. In stiff motions its error estimate, which grows steeply, bounds the steps before stability does,
-/// and hides the stiffness. With constraints it takes 0.8 (Andrews) to 1 (car axis) of the time. But near
-/// singular positions, which amplify errors, its one error estimate shows less than the two of DOP853.
+/// little. Models with lanes have it at all tolerances: where extrapolation does not apply to them, a third
+/// method would only be compiled.
 ///
-/// Taylor series are faster where a model has them: 0.66, 0.47 and 0.33 of the time of Verner 9(8) to the
-/// same error at 1e-6, 1e-9 and 1e-12 (double pendulum), 1.2, 1.0 and 0.6 at 1e-6, 1e-9 and 1e-11 (Kepler,
-/// e = 0.9), 0.6 at 1e-6 and 1e-9 (Andrews). They are not a default: every program would contain their code
-/// beside that of a method for models and inputs without series, and compile a sixth (double pendulum) to a
-/// third longer (Andrews).
+/// In stiff motions its error estimate, which grows steeply, bounds the steps before stability does, and hides
+/// the stiffness. With constraints it takes 0.8 (Andrews) to 1 (car axis) of the time. But near singular
+/// positions, which amplify errors, its one error estimate shows less than the two of DOP853.
 const VERNER_TOLERANCE: f64 = 1e-6;
+/// Tolerance down to which models with lanes are extrapolated by default, if they have no constraints. Below
+/// it rounding of the weighted columns shortens the steps, and Verner 9(8) runs.
+///
+/// With constraints extrapolation takes 0.3 to 0.8 of the time of DOP853, too. But its long steps do not go
+/// over singular positions, as those of DOP853 do.
+/// The benchmark `methods` compares the default with five named methods on nineteen models. Taylor series are
+/// not a default: they are faster than extrapolation by more than 15 % only on a few models, and every
+/// program would contain their code beside that of a method for models and inputs without series.
+const EXTRAPOLATION_TOLERANCE: f64 = 1e-12;
 /// Largest number of coordinates with which a stiff motion changes to an implicit method by default: one step
 /// factors matrices of this size, which costs more than thousands of evaluations.
 const MAX_IMPLICIT_COORDINATES: usize = 100;
@@ -70,6 +76,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         let options = self.check_steps()?;
         let method = self.choose_method(&options.tolerances)?;
         self.check_suits(&method.0)?;
+        check_resolution::<M>(method.0.method(), &options)?;
         let output_times = self.checked_output_times()?;
         let formulation = choose_formulation::<M>(self.formulation)?;
         self.check_series(&method.0, formulation.as_ref().map(|(formulation, _)| *formulation))?;
@@ -147,9 +154,21 @@ impl<'m, M: Simulate> Simulation<'m, M> {
             (None, None) if loosest > LOOSE_TOLERANCE => {
                 chosen(Arc::new(Tsit5), format!("because tolerance {loosest:e} asks for few digits"))
             }
+            // Constants come first, so that models without lanes contain no code of this method.
+            (None, None)
+                if M::IS_UNCONSTRAINED
+                    && M::HAS_LANES
+                    && loosest >= EXTRAPOLATION_TOLERANCE
+                    && self.law.is_none() =>
+            {
+                let reason = format!(
+                    "because it evaluates four states at once and its long steps win at tolerance {loosest:e}"
+                );
+                chosen(Arc::new(GraggBulirschStoer), reason)
+            }
             // `IS_UNCONSTRAINED` is a constant, so that models with constraints contain no code of this
             // method.
-            (None, None) if M::IS_UNCONSTRAINED && loosest < VERNER_TOLERANCE => {
+            (None, None) if M::IS_UNCONSTRAINED && (M::HAS_LANES || loosest < VERNER_TOLERANCE) => {
                 chosen(Arc::new(Verner9), format!("because its long steps win at tolerance {loosest:e}"))
             }
             (None, None) => {
@@ -384,6 +403,17 @@ fn check_tolerances(absolute: f64, relative: f64, is_single: bool) -> Result<(),
         Some((_, admissible)) => Err(OptionError::Tolerances { absolute, relative, admissible }),
         None => Ok(()),
     }
+}
+
+/// Extrapolation with constraints ends in steps of a few units in the last place of the time if its tolerance
+/// is below what its columns resolve: 10⁶ steps of Andrews' mechanism at 1e-14.
+fn check_resolution<M: Constraints>(method: Method, options: &StepOptions) -> Result<(), OptionError> {
+    let (finest, tolerance) = (method.finest_tolerance(), options.tolerances.relative);
+    let extrapolates = method == Method::GraggBulirschStoer && options.fixed.is_none();
+    if M::IS_CONSTRAINED && extrapolates && 0.0 < tolerance && tolerance < finest {
+        return Err(OptionError::ToleranceTooFine { method, tolerance, finest });
+    }
+    Ok(())
 }
 
 fn check_number(

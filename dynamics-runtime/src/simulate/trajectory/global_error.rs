@@ -139,8 +139,7 @@ impl ReferenceSettings {
             return Self::HalfStep(0.5 * h);
         }
         let Tolerances { absolute, relative } = first.tolerances;
-        // Newton's iterations of an implicit method leave rounding errors of their own.
-        let finest = if method.is_for_stiff() { 1e-13 } else { 1e-14 };
+        let finest = method.finest_tolerance();
         let available_factor = if relative > 0.0 { relative / finest } else { TIGHTER_FACTOR };
         if available_factor < MIN_TIGHTER_FACTOR {
             return Self::Looser { absolute: LOOSER_FACTOR * absolute, relative: LOOSER_FACTOR * relative };
