@@ -90,8 +90,8 @@ pub trait Model: Sized {
     /// The name of the struct.
     const NAME: &'static str;
 
-    /// Time jets at a state, with accelerations q̈ and multipliers λ as given: what helper functions, outputs
-    /// and drawings are called with. Multipliers may be left out (`&[]`): reactions are then NaN.
+    /// Time jets at a state, with accelerations q̈ and multipliers λ as given: what helper functions,
+    /// outputs and drawings are called with. Multipliers may be left out (`&[]`): reactions are then NaN.
     fn coordinates_with(
         state: &Self::State,
         accelerations: &Self::Vector,
@@ -184,8 +184,9 @@ pub trait Dynamics: Model {
     fn accelerations(&self, state: &Self::State) -> Result<Self::Vector, SolveError> {
         self.accelerations_with(&self.constants()?, state)
     }
-    /// ∂q̈/∂q and ∂q̈/∂q̇ at a state, N×N by rows, for constant inputs and with the active constraints;
-    /// `false` where no code for them was generated or they do not exist: callers then take differences.
+    /// ∂q̈/∂q and ∂q̈/∂q̇ at a state, N×N by rows, for constant inputs and with the active
+    /// constraints; `false` where no code for them was generated or they do not exist: callers then take
+    /// differences.
     #[inline]
     fn acceleration_derivatives(&self, _state: &Self::State, _by_q: &mut [f64], _by_u: &mut [f64]) -> bool {
         false
@@ -201,13 +202,14 @@ pub trait Dynamics: Model {
     const VELOCITY_FORCES: bool = true;
     /// Whether M, Q or the constraints contain time. True where that is not known.
     const EXPLICIT_TIME: bool = true;
-    /// Rates of the momenta, ṗ = ∂L/∂q + applied forces, without constraints. `None` where there is no code
-    /// for them, as where M is constant.
+    /// Rates of the momenta, ṗ = ∂L/∂q + applied forces, without constraints. `None` where there is no
+    /// code for them, as where M is constant.
     #[inline]
     fn momentum_rates(&self, _state: &Self::State) -> Option<Self::Vector> {
         None
     }
-    /// Energy function E = q̇·∂L/∂q̇ − L; equals T + V where the coordinates do not contain time explicitly.
+    /// Energy function E = q̇·∂L/∂q̇ − L; equals T + V where the coordinates do not contain time
+    /// explicitly.
     fn energy_function(&self, state: &Self::State) -> f64;
     /// Values of the conserved quantities, written to `values` in the order of [`Dynamics::CONSERVED`].
     fn conserved(&self, state: &Self::State, values: &mut [f64]);
@@ -231,8 +233,8 @@ pub trait Dynamics: Model {
     const SERIES: Expansion = Expansion::None { reason: "its equations were written by hand" };
     /// The memory of series, `()` where there are none; it belongs to one model and its constants.
     type Series: Default;
-    /// q̈ at a state, as [`Dynamics::accelerations_with`] has it, and in `memory` the other values from which
-    /// a series through this state starts.
+    /// q̈ at a state, as [`Dynamics::accelerations_with`] has it, and in `memory` the other values from
+    /// which a series through this state starts.
     #[inline]
     fn begin_series(
         &self,
@@ -243,8 +245,8 @@ pub trait Dynamics: Model {
         self.accelerations_with(constants, state)
     }
     /// Taylor coefficients of the motion through a state with these accelerations, inputs and active set
-    /// held: x(t + s·scale) = Σ xₖ sᵏ. Rows k of q and u get the coefficients k; as many orders as there are
-    /// rows, at most [`MAX_SERIES_ORDER`]. Called only where [`Dynamics::SERIES`] is
+    /// held: x(t + s·scale) = Σ xₖ sᵏ. Rows k of q and u get the coefficients k; as many orders as
+    /// there are rows, at most [`MAX_SERIES_ORDER`]. Called only where [`Dynamics::SERIES`] is
     /// [`Expansion::Generated`]. Returns false where no series exists at this state, since constraints depend
     /// on each other.
     fn series(
@@ -352,8 +354,8 @@ pub trait Parameters: Dynamics {
         changed.set_parameter(index, value).then_some(changed)
     }
 
-    /// ∂q̈/∂parameters at a state, N×P by rows, with the active constraints; `false` where no code for them
-    /// was generated or they do not exist: callers then take differences of the equations.
+    /// ∂q̈/∂parameters at a state, N×P by rows, with the active constraints; `false` where no code for
+    /// them was generated or they do not exist: callers then take differences of the equations.
     #[inline]
     fn acceleration_by_parameters(&self, _state: &Self::State, _values: &mut [f64]) -> bool {
         false

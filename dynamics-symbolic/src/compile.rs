@@ -19,8 +19,8 @@ use crate::text;
 /// Programs of a model, one per function that the runtime's traits ask for. Results are flattened row by row.
 #[derive(Clone, Debug)]
 pub struct Programs {
-    /// q̈ (N), then for every pivot Dᵢ and Mᵢᵢ; with constraints as in [`ConstraintPrograms`]. Staged: what
-    /// depends on parameters alone is hoisted.
+    /// q̈ (N), then for every pivot Dᵢ and Mᵢᵢ; with constraints as in [`ConstraintPrograms`]. Staged:
+    /// what depends on parameters alone is hoisted.
     pub accelerations: Program,
     /// M, N×N by rows; without results where it is left out.
     pub mass_matrix: Program,
@@ -43,8 +43,8 @@ pub struct Programs {
     pub powers: Program,
     /// Derivatives of q̈, or why there are none: then the model is not linearised.
     pub jacobians: Result<JacobianPrograms, NoJacobians>,
-    /// Inverse dynamics, M q̈ − Q − Φ_qᵀλ (N), reading accelerations and multipliers as symbols; `None` where
-    /// it is too large to be emitted. Not listed.
+    /// Inverse dynamics, M q̈ − Q − Φ_qᵀλ (N), reading accelerations and multipliers as symbols;
+    /// `None` where it is too large to be emitted. Not listed.
     pub inverse: Option<Program>,
     /// What [`Variations`](crate::mechanics::Variations) holds, one matrix after the other, by rows, reading
     /// accelerations and multipliers as symbols; `None` where it is too large to be emitted, or takes fourth
@@ -91,8 +91,9 @@ pub struct Kinks {
 }
 
 /// Programs of a model with constraints; N coordinates, R rows, H of them holonomic. Where there are some,
-/// `Programs::accelerations` gives q̈ (N), λ (R), and for every guard its pivot and scale, where the solution
-/// is unrolled, else nothing. Outputs, events and powers read accelerations and multipliers as symbols.
+/// `Programs::accelerations` gives q̈ (N), λ (R), and for every guard its pivot and scale, where the
+/// solution is unrolled, else nothing. Outputs, events and powers read accelerations and multipliers as
+/// symbols.
 #[derive(Clone, Debug)]
 pub struct ConstraintPrograms {
     /// Φ, H.
@@ -116,8 +117,8 @@ pub struct ConstraintPrograms {
     /// The same where some switched constraints are released, in the order of
     /// [`ConstraintEquations::released`].
     pub released: Vec<ReleasedPrograms>,
-    /// ∂(Φ_qᵀλ)/∂q (N×N by rows), ∂γ/∂q (R×N), ∂γ/∂q̇ (R×N), reading multipliers; unless it is too large to
-    /// be emitted.
+    /// ∂(Φ_qᵀλ)/∂q (N×N by rows), ∂γ/∂q (R×N), ∂γ/∂q̇ (R×N), reading multipliers;
+    /// unless it is too large to be emitted.
     pub derivatives: Result<Program, Excess>,
 }
 
@@ -145,8 +146,8 @@ pub enum NoJacobians {
 /// Dᵢ and Mᵢᵢ.
 #[derive(Clone, Debug)]
 pub struct JacobianPrograms {
-    /// q̈ (N), ∂q̈/∂q (N×N by rows), ∂q̈/∂q̇ (N×N by rows), then Dᵢ and Mᵢᵢ for every pivot. Staged like the
-    /// accelerations.
+    /// q̈ (N), ∂q̈/∂q (N×N by rows), ∂q̈/∂q̇ (N×N by rows), then Dᵢ and Mᵢᵢ for every
+    /// pivot. Staged like the accelerations.
     pub state: Program,
     /// ∂q̈/∂w (N×W by rows), then Dᵢ and Mᵢᵢ for every pivot.
     pub inputs: Program,

@@ -1,10 +1,10 @@
 //! Taylor series of a motion: from M q̈ = Q as a graph to programs that compute one coefficient after the
 //! other.
 //!
-//! Every value x of the graph has coefficients x₀, x₁, … with x(t₀ + s τ) = Σ xₖ sᵏ. Those of order 0 are its
-//! values at t₀. Those of order k follow from lower ones: linear operations coefficient by coefficient, all
-//! others by a Cauchy sum Σ aⱼ bₖ₋ⱼ (`recurrence.rs`). M is not inverted as a series: with M₀ = LDLᵀ factored
-//! once, the coefficients of q̈ come one by one from
+//! Every value x of the graph has coefficients x₀, x₁, … with x(t₀ + s τ) = Σ xₖ sᵏ. Those of
+//! order 0 are its values at t₀. Those of order k follow from lower ones: linear operations coefficient by
+//! coefficient, all others by a Cauchy sum Σ aⱼ bₖ₋ⱼ (`recurrence.rs`). M is not inverted as a
+//! series: with M₀ = LDLᵀ factored once, the coefficients of q̈ come one by one from
 //!
 //! ```text
 //! M₀ q̈ₖ = Qₖ − Σ Mⱼ q̈ₖ₋ⱼ   (j = 1 … k)
@@ -16,8 +16,8 @@
 //! forms all sums of an order side by side. What is left is straight-line code ([`Series::next`]), linear in
 //! what is new.
 //!
-//! With constraints λ has coefficients too, and coefficient k of M q̈ = Q + Φ_qᵀλ is solved together with
-//! coefficient k + 2 of Φ = 0 (`constrained.rs`).
+//! With constraints λ has coefficients too, and coefficient k of M q̈ = Q + Φ_qᵀλ is solved together
+//! with coefficient k + 2 of Φ = 0 (`constrained.rs`).
 //!
 //! Source: Moore, *Interval Analysis* (1966); Jorba, Zou, Experimental Mathematics 14 (2005) 99. The solution
 //! order by order with one factorisation is that of Pryce, BIT 41 (2001) 364, and Nedialkov, Pryce, BIT 45
@@ -54,8 +54,8 @@ pub struct Series {
     /// | `Multiplier(i)` | Σ over j = 1 … k−1 of left factor j times right factor k−j of lane i |
     /// | `Input(0)`, `Input(1)` | k, 1/k |
     pub graph: Graph,
-    /// Coefficients k ≥ 1: q̈ (N; none where there are constraints), left factors, then right factors of the
-    /// lanes.
+    /// Coefficients k ≥ 1: q̈ (N; none where there are constraints), left factors, then right factors of
+    /// the lanes.
     pub next: Program,
     /// Number of lanes.
     pub lanes: usize,

@@ -1,30 +1,30 @@
 //! GraggBulirschStoer: extrapolation of the midpoint rule, its columns side by side.
 //!
-//! * **Problem**: smooth, not stiff, tolerances from about 10⁻⁴ to 10⁻¹², accelerations that can be evaluated
-//!   for four states at once ([`Accelerations::derivatives`](super::Accelerations::derivatives)): models
-//!   whose generated code has lanes. Without lanes
+//! * **Problem**: smooth, not stiff, tolerances from about 10⁻⁴ to 10⁻¹², accelerations that can be
+//!   evaluated for four states at once ([`Accelerations::derivatives`](super::Accelerations::derivatives)):
+//!   models whose generated code has lanes. Without lanes
 //!   the results are the same, and it is slow.
-//! * **Formula**: the modified midpoint rule z₀ = y, z₁ = y + ηf(y), zᵢ₊₁ = zᵢ₋₁ + 2ηf(zᵢ) with η = h/n has
-//!   an error in even powers of η only. Its results for n = 2, 4, …, 14 are extrapolated to η = 0: the weight
-//!   of column n is Π n²/(n² − m²) over the other columns m.
+//! * **Formula**: the modified midpoint rule z₀ = y, z₁ = y + ηf(y), zᵢ₊₁ = zᵢ₋₁ +
+//!   2ηf(zᵢ) with η = h/n has an error in even powers of η only. Its results for n = 2, 4, …, 14 are
+//!   extrapolated to η = 0: the weight of column n is Π n²/(n² − m²) over the other columns m.
 //! * **Order** 14; what the last column changes is the error estimate, of the order 12 of the other six.
 //! * **Side by side**: columns are independent. Column n has n − 1 evaluations besides f(y). Four lanes of
 //!   equal length, with 13, 11 + 1, 9 + 3 and 7 + 5 of them, make 49 evaluations in the time of 13. Three
 //!   lanes are done one call before the longest. Their last call evaluates the end of the step as the six
 //!   finished columns give it; this and the end itself give the stiffness estimate.
-//! * **Dense output**: the polynomial of degree 11 that has q, q̇ and q̈ at the ends of the step and a third
-//!   of it from either; u is its derivative. The two inner nodes are found by the same rule with n = 2, 4, …,
-//!   10, of order 10 over a third of the step, from its start and backwards from its end: again four lanes,
-//!   14 calls, only when dense output is asked for.
-//! * **Rounding**: the weights of the columns have the absolute sum 56, so that errors stay at some 10⁻¹³,
-//!   and tolerances below 10⁻¹² only make more steps. The interpolant is built from displacements from the
-//!   nearer end, not from positions, and the distance of the ends contributes to u only where it is more than
-//!   the rounding of q: u is accurate far from the origin of q, too.
+//! * **Dense output**: the polynomial of degree 11 that has q, q̇ and q̈ at the ends of the step and a
+//!   third of it from either; u is its derivative. The two inner nodes are found by the same rule with n = 2,
+//!   4, …, 10, of order 10 over a third of the step, from its start and backwards from its end: again four
+//!   lanes, 14 calls, only when dense output is asked for.
+//! * **Rounding**: the weights of the columns have the absolute sum 56, so that errors stay at some
+//!   10⁻¹³, and tolerances below 10⁻¹² only make more steps. The interpolant is built from
+//!   displacements from the nearer end, not from positions, and the distance of the ends contributes to u
+//!   only where it is more than the rounding of q: u is accurate far from the origin of q, too.
 //! * **Stability**: real axis to −6.6.
 //! * **Cost**: 13 evaluations of four states side by side and one more per step; 14 with dense output more.
 //! * **Source**: Gragg, SIAM J. Numer. Anal. 2 (1965) 384; Bulirsch, Stoer, Numer. Math. 8 (1966) 1; Hairer,
-//!   Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.9. Columns in parallel: Ketcheson, bin
-//!   Waheed, Commun. Appl. Math. Comput. Sci. 9 (2014) 175.
+//!   Nørsett, Wanner, *Solving Ordinary Differential Equations I*, §II.9. Columns in parallel: Ketcheson,
+//!   bin Waheed, Commun. Appl. Math. Comput. Sci. 9 (2014) 175.
 
 mod dense;
 
@@ -402,10 +402,10 @@ impl<V: Vector> Scheme<V> for GraggBulirschStoer<V> {
     const METHOD: Method = Method::GraggBulirschStoer;
     const ORDER: u32 = 14;
     const ERROR_ORDER: u32 = 12;
-    // The fastest of safeties from 0.6 to 0.9, growths from 1.7 to 10 and β from −0.02 to 0.04, to the errors
-    // 1e-6, 1e-9 and 1e-12 of Andrews' mechanism, a double pendulum and an eccentric orbit. Steps are long
-    // compared with the times in which the motion changes, so that a growing error goes on growing: β < 0
-    // anticipates that.
+    // The fastest of safeties from 0.6 to 0.9, growths from 1.7 to 10 and β from −0.02 to 0.04, to the
+    // errors 1e-6, 1e-9 and 1e-12 of Andrews' mechanism, a double pendulum and an eccentric orbit. Steps are
+    // long compared with the times in which the motion changes, so that a growing error goes on growing: β <
+    // 0 anticipates that.
     const CONTROL: Option<ControllerSettings> =
         Some(ControllerSettings { safety: 0.7, beta: -0.007, shrink: 0.2, grow: 3.0 });
     // Stages of columns of few substeps are not states of the solution: sums over a step use the interpolant.

@@ -26,15 +26,15 @@ pub trait Accelerations<V: Vector> {
     const IS_SMOOTH: bool = false;
     /// q̈ at time t for coordinates q and velocities u = q̇.
     fn accelerations(&mut self, t: f64, q: &V, u: &V) -> Result<V, Self::Error>;
-    /// (q̇, q̈) at a stage. q̇ is u, unless constraints determine some velocities: then it is the velocity at
-    /// which q̈ was evaluated.
+    /// (q̇, q̈) at a stage. q̇ is u, unless constraints determine some velocities: then it is the velocity
+    /// at which q̈ was evaluated.
     #[inline(always)]
     fn derivative(&mut self, t: f64, y: &Phase<V>) -> Result<Phase<V>, Self::Error> {
         let u = self.accelerations(t, &y.q, &y.u)?;
         Ok(Phase { q: y.u, u })
     }
-    /// Writes (q̇, q̈) at several stages side by side, each as [`Accelerations::derivative`] returns it. The
-    /// default calls that function for each.
+    /// Writes (q̇, q̈) at several stages side by side, each as [`Accelerations::derivative`] returns it.
+    /// The default calls that function for each.
     #[inline(always)]
     fn derivatives<L: Lanes>(
         &mut self,
@@ -44,7 +44,8 @@ pub trait Accelerations<V: Vector> {
     ) -> Result<(), Self::Error> {
         one_by_one(self, t, y, derivatives)
     }
-    /// ∂q̈/∂q and ∂q̈/∂q̇ at a point, N×N by rows, for implicit methods. The default takes differences.
+    /// ∂q̈/∂q and ∂q̈/∂q̇ at a point, N×N by rows, for implicit methods. The default takes
+    /// differences.
     fn jacobian(&mut self, at: &StepNode<V>, by_q: &mut [f64], by_u: &mut [f64]) -> Result<(), Self::Error> {
         crate::integrate::differences::by_state(at, by_q, by_u, |y| self.accelerations(at.t, &y.q, &y.u))
     }
@@ -111,13 +112,14 @@ pub trait Stabilized<V: Vector>: Accelerations<V> {
     ) -> Result<Option<ProjectedEnd>, Self::Error> {
         Ok(None)
     }
-    /// Moves the position q at t + h along M⁻¹Φ_qᵀ of the start of the step onto the holonomic constraints.
+    /// Moves the position q at t + h along M⁻¹Φ_qᵀ of the start of the step onto the holonomic
+    /// constraints.
     #[inline(always)]
     fn project_position(&mut self, _start: &StepNode<V>, _h: f64, _q: &mut V) -> Result<(), Self::Error> {
         Ok(())
     }
-    /// The component of accelerations, velocities or displacements `v` along M⁻¹Φ_qᵀ that the constraints do
-    /// not admit: the rest of v has Φ_q v = 0 and, unless `holonomic`, A v = 0.
+    /// The component of accelerations, velocities or displacements `v` along M⁻¹Φ_qᵀ that the
+    /// constraints do not admit: the rest of v has Φ_q v = 0 and, unless `holonomic`, A v = 0.
     #[inline(always)]
     fn inadmissible_component(
         &mut self,
@@ -128,16 +130,16 @@ pub trait Stabilized<V: Vector>: Accelerations<V> {
     ) -> Result<V, Self::Error> {
         Ok(V::zeros())
     }
-    /// The change δ of positions along M⁻¹Φ_qᵀ with Φ_q δ = −Φ, and A δ = −`rate` (A q̇ + b) for nonholonomic
-    /// rows.
+    /// The change δ of positions along M⁻¹Φ_qᵀ with Φ_q δ = −Φ, and A δ = −`rate` (A q̇ + b)
+    /// for nonholonomic rows.
     #[inline(always)]
     fn constraint_correction(&mut self, _t: f64, _y: &Phase<V>, _rate: f64) -> Result<V, Self::Error> {
         Ok(V::zeros())
     }
 }
 
-/// Discontinuities of the accelerations: places where q̈ or a derivative of it jumps because a branch changes
-/// (kinks). Default: none.
+/// Discontinuities of the accelerations: places where q̈ or a derivative of it jumps because a branch
+/// changes (kinks). Default: none.
 pub trait Switching<V: Vector>: Accelerations<V> {
     /// The first kink within a step (t, h) that was made with held branches, as a part θ of the step; `None`
     /// where there is none. The step is then repeated to end there. `fails`: the error of the step is too
@@ -176,7 +178,8 @@ pub trait Switching<V: Vector>: Accelerations<V> {
 
 /// Momenta and energy, for structure-preserving methods. Default: not known.
 pub trait Canonical<V: Vector>: Accelerations<V> {
-    /// p = ∂L/∂q̇ and ṗ = ∂L/∂q + forces. Returns false and writes nothing where they are not known.
+    /// p = ∂L/∂q̇ and ṗ = ∂L/∂q + forces. Returns false and writes nothing where they are not
+    /// known.
     #[inline(always)]
     fn momenta(&mut self, _t: f64, _y: &Phase<V>, _p: &mut V, _rate: &mut V) -> Result<bool, Self::Error> {
         Ok(false)
@@ -201,9 +204,9 @@ pub trait Expandable<V: Vector>: Accelerations<V> {
     fn accelerations_at_next_start(&mut self, t: f64, y: &Phase<V>) -> Result<V, Self::Error> {
         self.accelerations(t, &y.q, &y.u)
     }
-    /// Taylor coefficients of the motion through y at t, with q̈ = `a` there: x(t + s·scale) = Σ xₖ sᵏ. The
-    /// first rows of `q` and `u` are those of y; all others are written. Returns false and writes nothing
-    /// where the system has no series.
+    /// Taylor coefficients of the motion through y at t, with q̈ = `a` there: x(t + s·scale) = Σ xₖ
+    /// sᵏ. The first rows of `q` and `u` are those of y; all others are written. Returns false and writes
+    /// nothing where the system has no series.
     #[inline(always)]
     fn series(
         &mut self,

@@ -2,9 +2,9 @@
 //!
 //!   (Rᵀ M R) q̈_i = Rᵀ (Q − M s)        λ from the dependent rows of M q̈ − Q = Φ_qᵀλ
 //!
-//! The dependent columns of Φ_q are brought to block triangular form, so that R and s follow by substitution,
-//! block by block: a loop of a mechanism after the other. λ follows from the transposed blocks in the
-//! opposite order.
+//! The dependent columns of Φ_q are brought to block triangular form, so that R and s follow by
+//! substitution, block by block: a loop of a mechanism after the other. λ follows from the transposed blocks
+//! in the opposite order.
 
 use crate::calculus::remove_coordinates;
 use crate::graph::{Graph, NodeId};
@@ -47,8 +47,8 @@ pub(super) struct NullSpace {
 }
 
 impl NullSpace {
-    /// Reduces the system of M (N×N) and Φ_q (R×N); `None` where a block or the reduced inertia is singular
-    /// in every state, and where the graph gets more than `most` nodes on the way.
+    /// Reduces the system of M (N×N) and Φ_q (R×N); `None` where a block or the reduced inertia is
+    /// singular in every state, and where the graph gets more than `most` nodes on the way.
     pub(super) fn new(
         g: &mut Graph,
         mass: &SparseMatrix,
@@ -72,9 +72,9 @@ impl NullSpace {
         Self::led_by(g, mass, jacobian, (partition.clone(), blocks), motions, (0, &leaders), most)
     }
 
-    /// Reduces the system of M (N×N) to speeds: `kinematics` are their gradients by the velocities, then Φ_q,
-    /// N rows in all, which determine all velocities. Column r of R is what moves where speed r is 1, the
-    /// others and the constraints' rows being 0.
+    /// Reduces the system of M (N×N) to speeds: `kinematics` are their gradients by the velocities, then
+    /// Φ_q, N rows in all, which determine all velocities. Column r of R is what moves where speed r is 1,
+    /// the others and the constraints' rows being 0.
     pub(super) fn by_speeds(
         g: &mut Graph,
         mass: &SparseMatrix,
@@ -169,8 +169,8 @@ impl NullSpace {
         &self.partition.blocks
     }
 
-    /// q̈ and λ. Where speeds lead, γ may begin with what of their rates does not come from q̈: every choice
-    /// of it gives the same solution, some shorter ones.
+    /// q̈ and λ. Where speeds lead, γ may begin with what of their rates does not come from q̈: every
+    /// choice of it gives the same solution, some shorter ones.
     pub(super) fn solve(
         &self,
         g: &mut Graph,
@@ -207,8 +207,8 @@ impl NullSpace {
         (accelerations, self.multipliers(g, &unbalanced))
     }
 
-    /// q̈ of speeds that change by `leading` beside what `gamma` says, by one substitution instead of one for
-    /// each column of R.
+    /// q̈ of speeds that change by `leading` beside what `gamma` says, by one substitution instead of one
+    /// for each column of R.
     fn moved(&self, g: &mut Graph, leading: &[NodeId], gamma: &[NodeId]) -> Vec<NodeId> {
         let mut right = gamma.to_vec();
         for (right, own) in right.iter_mut().zip(leading) {
@@ -256,8 +256,8 @@ impl NullSpace {
         delta
     }
 
-    /// λ of each row as the power of M q̈ − Q along what moves where the row is 1 and all others, the speeds
-    /// among them, are 0: often M leaves little of it.
+    /// λ of each row as the power of M q̈ − Q along what moves where the row is 1 and all others, the
+    /// speeds among them, are 0: often M leaves little of it.
     fn multipliers_by_motions(
         &self,
         g: &mut Graph,
@@ -281,8 +281,8 @@ impl NullSpace {
         (self.speeds..self.jacobian.rows.len()).map(&mut multiplier).collect()
     }
 
-    /// λ with Φ_qᵀλ = `unbalanced` in the dependent coordinates: the blocks transposed, from the last to the
-    /// first.
+    /// λ with Φ_qᵀλ = `unbalanced` in the dependent coordinates: the blocks transposed, from the last to
+    /// the first.
     fn multipliers(&self, g: &mut Graph, unbalanced: &[NodeId]) -> Vec<NodeId> {
         let mut multipliers = vec![None; self.jacobian.rows.len()];
         for ((_, columns), factors) in self.partition.blocks.iter().zip(&self.blocks).rev() {
