@@ -4,8 +4,9 @@
 //! A rod flips when it passes the top. Released at rest, none can flip if the energy does not suffice even
 //! for the lower rod, which needs less: 2 cos θ₁ + cos θ₂ > 1 for equal bobs and rods. Outside of this
 //! region the time is sensitive to the start (J. S. Heyl, *The Double Pendulum Fractal*, 2008, of uniform
-//! bars). Each run ends with its first flip or after 10 s. With the feature `parallel` the grid is shared by
-//! all cores, and the picture is the same for any number of them:
+//! bars). Each run ends with its first flip or after 10 s. Only the ends are wanted, so each core makes many
+//! runs side by side (`.ends(..)`). With the feature `parallel` the grid is shared by all cores, and the
+//! picture is the same for any number of them:
 //!
 //!     cargo run --release --features parallel,progress --example sweep -- 317
 //!
@@ -16,8 +17,8 @@ mod common;
 use std::f64::consts::PI;
 use std::fmt::Write;
 
-use dynamics::analysis::RunFailure;
 use dynamics::prelude::*;
+use dynamics::simulate::Simulation;
 
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(theta1: rad, theta2: rad)]
@@ -49,15 +50,19 @@ impl DoublePendulum {
 /// Longest run.
 const LONGEST: f64 = 10.0;
 
-/// When one of the angles first reaches ±π; infinite where none does.
-fn first_flip(model: &DoublePendulum, start: State<DoublePendulum>) -> Result<[f64; 1], RunFailure> {
-    let run = model.simulate(start).until(LONGEST).tolerance(1e-6);
-    let run =
-        run.event("upper", |state| state.theta1().powi(2) - PI * PI).stop_at("upper", Direction::Rising);
-    let run =
-        run.event("lower", |state| state.theta2().powi(2) - PI * PI).stop_at("lower", Direction::Rising);
-    let end = run.run_with(|_| {})?.t();
-    Ok([if end < LONGEST { end } else { f64::INFINITY }])
+/// A run ends where one of the angles reaches ±π.
+fn to_first_flip(run: Simulation<'_, DoublePendulum>) -> Simulation<'_, DoublePendulum> {
+    run.until(LONGEST)
+        .tolerance(1e-6)
+        .event("upper", |state| state.theta1().powi(2) - PI * PI)
+        .stop_at("upper", Direction::Rising)
+        .event("lower", |state| state.theta2().powi(2) - PI * PI)
+        .stop_at("lower", Direction::Rising)
+}
+
+/// When a run has flipped; infinite where it has not.
+fn flip(_: &DoublePendulum, end: State<DoublePendulum>) -> [f64; 1] {
+    [if end.t() < LONGEST { end.t() } else { f64::INFINITY }]
 }
 
 fn main() -> common::Outcome {
@@ -69,7 +74,7 @@ fn main() -> common::Outcome {
     #[cfg(feature = "progress")]
     let sweep = sweep.progress();
     let begun = std::time::Instant::now();
-    let sweep = sweep.run(["flip"], first_flip)?;
+    let sweep = sweep.with(to_first_flip).ends(["flip"], flip)?;
     let (runs, taken) = (sweep.results.len(), begun.elapsed().as_secs_f64());
     println!("{runs} runs in {taken:.2} s, {:.0} per second", runs as f64 / taken);
 
@@ -112,7 +117,7 @@ fn scaling(model: &DoublePendulum, across: u32) -> common::Outcome {
         for _ in 0..3 {
             let sweep = model.sweep(model.state().build()?).over("theta2", angles()).over("theta1", angles());
             let begun = std::time::Instant::now();
-            let sweep = sweep.threads(threads).run(["flip"], first_flip)?;
+            let sweep = sweep.threads(threads).with(to_first_flip).ends(["flip"], flip)?;
             let taken = begun.elapsed().as_secs_f64();
             if taken < best.0 {
                 best = (taken, sweep.to_csv());

@@ -153,9 +153,9 @@ pub mod __private {
     pub use dynamics_runtime::model::Draw;
     pub use dynamics_runtime::model::{
         ActiveSet, AngleSet, Assumption, AssumptionKind, Block, Branches, ConservedKind, ConservedQuantity,
-        Constraint, ConstraintKind, Constraints, Dynamics, Energies, Events, Expansion, Kink, Linearize,
-        Model, ModelState, Outputs, Parameters, Powers, Quantity, Solved, SolverKind, StateJacobian, Terms,
-        UnitDimension, Vector, WideOf,
+        Constraint, ConstraintKind, Constraints, Dynamics, Energies, Events, Expansion, Kink, LaneValues,
+        Linearize, Model, ModelState, Outputs, Parameters, Powers, Quantity, Solved, SolverKind,
+        StateJacobian, Terms, UnitDimension, Vector, WideOf,
     };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::{Drawing, Places, Point};

@@ -2,7 +2,7 @@
 # Measures other solvers on the problems of `examples/work_precision.rs`, then ours beside them, and single
 # evaluations of accelerations beside what others generate, on this machine.
 #
-#   benches/peers/run.sh [all | heyoka | scipy | sundials | casadi | crates | ours | evaluation]...
+#   benches/peers/run.sh [all | heyoka | scipy | sundials | casadi | crates | ours | evaluation | ensembles]...
 #
 # Needs Rust; python3 with venv for heyoka, SciPy and whatever integrates Andrews' mechanism; gcc for Andrews'
 # mechanism and, with g++, for the evaluations; SUNDIALS 6 with its headers (Debian: libsundials-dev). The
@@ -139,6 +139,18 @@ evaluation() {
     "${prefix[@]}" "$work/ours/release/dynamics-peers-evaluation" | tee "$here/results/evaluation.txt"
 }
 
+# Ensembles: this library's before and after heyoka's batches, in one table.
+ensembles() {
+    have heyoka numpy || { skip ensembles "heyoka or NumPy cannot be installed for python3 here"; return; }
+    local ours=(cargo bench --quiet --manifest-path "$here/../../Cargo.toml" -p dynamics-benches --bench ensembles)
+    ours+=(--target-dir "$work/ours" -- double)
+    {
+        ENSEMBLES_TO="$work" "${prefix[@]}" "${ours[@]}"
+        "${prefix[@]}" "$python" "$here/python/run_heyoka_batch.py" "$work/double_pendulums.csv"
+        "${prefix[@]}" "${ours[@]}"
+    } | tee "$here/results/ensembles.txt"
+}
+
 # Pinocchio's algorithms: generated as C, and compiled as they are.
 pinocchio_c() {
     if ! "$python" -c "import pinocchio" 2>/dev/null && ! pip_install pin; then
@@ -176,13 +188,13 @@ mujoco_c() {
 
 parts=("$@")
 if [ ${#parts[@]} -eq 0 ] || [ "${parts[0]}" = all ]; then
-    parts=(heyoka scipy sundials casadi crates ours evaluation)
+    parts=(heyoka scipy sundials casadi crates ours evaluation ensembles)
 fi
 for name in "${parts[@]}"; do
     case "$name" in
-    heyoka | scipy | sundials | casadi | crates | ours | evaluation) ;;
+    heyoka | scipy | sundials | casadi | crates | ours | evaluation | ensembles) ;;
     *)
-        echo "there is no part $name; there are heyoka, scipy, sundials, casadi, crates, ours, evaluation" >&2
+        echo "there is no part $name; there are heyoka, scipy, sundials, casadi, crates, ours, evaluation, ensembles" >&2
         exit 2
         ;;
     esac

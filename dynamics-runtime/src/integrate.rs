@@ -16,6 +16,7 @@
 //! | `stepper/switching`, `discontinuity` | steps that end where q̈ is not smooth |
 //! | `explicit/`, `implicit/`, `geometric/` | the methods: an attempt, its error, its interpolant |
 //! | `gragg_bulirsch_stoer`, `taylor` | likewise: extrapolation, Taylor series |
+//! | `side_by_side` | many motions at once, each with its own step |
 //! | `compensated_summation`, `differences` | sums without rounding errors; Jacobians by differences |
 //! | `stepper/singularity_crossing` | steps across positions where constraints nearly lose rank |
 //! | `controller` | the size of the next step from the error of the last ones |
@@ -71,6 +72,8 @@ mod implicit;
 mod method;
 mod phase;
 mod scheme;
+#[cfg(feature = "alloc")]
+pub(crate) mod side_by_side;
 mod step;
 mod stepper;
 mod system;

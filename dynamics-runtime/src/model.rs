@@ -27,7 +27,7 @@ pub use active_set::ActiveSet;
 pub(crate) use check::{parameter_not_finite, violated_assumption};
 pub use constraints::{Constraints, NoMatrix, NoRows, Solved, Terms, Workspace};
 pub use kinks::{Branches, Kink, MAX_KINKS};
-pub use lane_evaluation::LaneEvaluation;
+pub use lane_evaluation::{LaneEvaluation, LaneValues, OwnValues, SharedValues};
 pub(crate) use static_traits::StaticTraits;
 pub use vector::{InputValues, Square, Vector};
 
@@ -165,15 +165,22 @@ pub trait Dynamics: Model {
     /// Whether [`Dynamics::accelerations_in_lanes`] is implemented: for straight-line code without choices
     /// that is not too long.
     const HAS_LANES: bool = false;
-    /// Writes q̈ of several states (q, u) side by side at the times t, with the inputs and active set of
-    /// `state`, each with the same bits as [`Dynamics::accelerations_with`] has them. Returns false, and the
-    /// written values are invalid, where that code does not apply to all states, or there is none: the
-    /// caller then evaluates each state alone. It is inlined: call it by [`LaneEvaluation`].
+    /// How many parameters, constants and inputs [`Dynamics::accelerations_in_lanes`] reads.
+    const LANE_VALUES: usize = 0;
+    /// Writes the parameters, constants and inputs that [`Dynamics::accelerations_in_lanes`] reads, in its
+    /// order: those of one run among several that are made side by side.
+    fn lane_values(&self, _constants: &Self::Constants, _state: &Self::State, _values: &mut [f64]) {}
+    /// Writes q̈ of several states (q, u) side by side at the times t, each with the same bits as
+    /// [`Dynamics::accelerations_with`] has them. `values` says whether parameters and inputs are those of
+    /// this model and of `state` ([`SharedValues`]) or each state has its own ([`OwnValues`]). Returns false,
+    /// and the written values are invalid, where that code does not apply to all states, or there is none:
+    /// the caller then evaluates each state alone. It is inlined: call it by [`LaneEvaluation`].
     #[inline(always)]
-    fn accelerations_in_lanes<L: Lanes>(
+    fn accelerations_in_lanes<L: Lanes, P: LaneValues<L>>(
         &self,
         _constants: &Self::Constants,
         _state: &Self::State,
+        _values: &P,
         _t: L,
         _states: [&WideOf<Self, L>; 2],
         _accelerations: &mut WideOf<Self, L>,

@@ -26,6 +26,7 @@
 
 pub(crate) mod charts;
 pub(crate) mod diagnosis;
+pub(crate) mod ensemble;
 pub(crate) mod erased_method;
 pub(crate) mod events;
 pub(crate) mod failure;
@@ -44,6 +45,7 @@ pub use charts::{
     ChartChange, ChartError, ChartState, ChartSwitching, ChartSwitchingError, ChartSwitchingErrorKind,
     ChartSwitchingMotion, ChartSwitchingSimulation, ChartSwitchingSummary, Compared, Segment,
 };
+pub use ensemble::ends;
 pub use erased_method::AnyMethod;
 pub use events::action::{EventAction, Impact};
 pub use events::rules::Flow;

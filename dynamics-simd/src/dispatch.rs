@@ -3,6 +3,7 @@
 use core::marker::PhantomData;
 
 use crate::lanes::{Code, Lanes};
+use crate::pair::Pair;
 use crate::portable::Portable;
 
 /// Code for any lanes: [`in_four_lanes`] and [`in_widest_lanes`] choose the type. Implementations are inlined
@@ -35,7 +36,7 @@ fn run_with<L: Lanes, T: Task>(task: T) -> T::Output {
 pub fn in_four_lanes<T: Task>(task: T) -> T::Output {
     #[cfg(target_arch = "x86_64")]
     if crate::x86::has_four_lanes() {
-        return run_with::<crate::x86::Avx2, T>(task);
+        return run_with::<crate::x86::Avx2<false>, T>(task);
     }
     run_with::<Portable, T>(task)
 }
@@ -45,9 +46,25 @@ pub fn in_four_lanes<T: Task>(task: T) -> T::Output {
 pub fn in_widest_lanes<T: Task>(task: T) -> T::Output {
     #[cfg(target_arch = "x86_64")]
     if crate::x86::has_eight_lanes() {
-        return run_with::<crate::x86::Avx512, T>(task);
+        return run_with::<crate::x86::Avx512<false>, T>(task);
     }
     in_four_lanes(task)
+}
+
+/// Runs a task with two of the widest vectors that the processor has, whose operations fill each other's
+/// gaps, and with fused products where the processor has them. Results may differ in their last digits
+/// between processors with these instructions and others.
+#[inline(always)]
+pub fn in_fused_lanes<T: Task>(task: T) -> T::Output {
+    #[cfg(target_arch = "x86_64")]
+    if crate::x86::has_eight_lanes() {
+        return run_with::<Pair<crate::x86::Avx512<true>>, T>(task);
+    }
+    #[cfg(target_arch = "x86_64")]
+    if crate::x86::has_four_lanes() {
+        return run_with::<Pair<crate::x86::Avx2<true>>, T>(task);
+    }
+    run_with::<Pair<Portable>, T>(task)
 }
 
 #[cfg(test)]

@@ -27,6 +27,9 @@ pub trait Lanes:
 {
     /// How many numbers.
     const COUNT: usize;
+    /// Whether [`Lanes::times_plus`] rounds once: where the target of the build has an instruction for it
+    /// ([`FUSED`](crate::sin_cos::FUSED)), and in [`in_fused_lanes`](crate::in_fused_lanes).
+    const FUSED: bool = sines::FUSED;
     /// One yes or no per lane.
     type Mask: Copy + BitAnd<Output = Self::Mask> + BitOr<Output = Self::Mask> + Not<Output = Self::Mask>;
 
@@ -44,8 +47,7 @@ pub trait Lanes:
     /// |x|.
     #[must_use]
     fn abs(self) -> Self;
-    /// self·b + c: with one rounding where the target of the build has an instruction for it
-    /// ([`FUSED`](crate::sin_cos::FUSED)), else with two.
+    /// self·b + c: with one rounding if [`Lanes::FUSED`], else with two.
     #[must_use]
     fn times_plus(self, b: Self, c: Self) -> Self;
     /// self < other, lane by lane; false for NaN.
@@ -144,7 +146,7 @@ pub trait Lanes:
 }
 
 /// Most lanes of a type.
-pub(crate) const MAX_COUNT: usize = 8;
+pub(crate) const MAX_COUNT: usize = 16;
 
 /// Both results of a function, lane by lane.
 #[inline(always)]

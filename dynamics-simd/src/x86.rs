@@ -19,16 +19,18 @@ use crate::lanes::sines as sin_cos;
 use crate::lanes::{Code, Lanes};
 
 /// Whether the build's target has the instructions of [`Avx2`], so that no border is needed.
-const AVX2_BUILD: bool = cfg!(target_feature = "avx2");
+const AVX2_BUILD: bool = cfg!(all(target_feature = "avx2", target_feature = "fma"));
 /// The same for [`Avx512`].
-const AVX512_BUILD: bool = cfg!(all(target_feature = "avx512f", target_feature = "avx512dq"));
+const AVX512_BUILD: bool =
+    cfg!(all(target_feature = "avx512f", target_feature = "avx512dq", target_feature = "fma"));
 
 /// Whether the processor has the instructions of [`Avx2`].
 #[inline(always)]
 pub(crate) fn has_four_lanes() -> bool {
     #[cfg(feature = "std")]
     {
-        AVX2_BUILD || std::arch::is_x86_feature_detected!("avx2")
+        AVX2_BUILD
+            || std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
     }
     #[cfg(not(feature = "std"))]
     {
@@ -44,6 +46,7 @@ pub(crate) fn has_eight_lanes() -> bool {
         AVX512_BUILD
             || std::arch::is_x86_feature_detected!("avx512f")
                 && std::arch::is_x86_feature_detected!("avx512dq")
+                && std::arch::is_x86_feature_detected!("fma")
     }
     #[cfg(not(feature = "std"))]
     {
@@ -51,17 +54,17 @@ pub(crate) fn has_eight_lanes() -> bool {
     }
 }
 
-/// Four numbers in one vector of 256 bits.
+/// Four numbers in one vector of 256 bits. `FUSES`: products are fused, whatever the target of the build is.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Avx2(__m256d);
+pub(crate) struct Avx2<const FUSES: bool>(__m256d);
 
 /// All bits of a lane, or none.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Avx2Mask(__m256d);
 
-/// Eight numbers in one vector of 512 bits.
+/// Eight numbers in one vector of 512 bits. `FUSES`: as of [`Avx2`].
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Avx512(__m512d);
+pub(crate) struct Avx512<const FUSES: bool>(__m512d);
 
 /// One bit per lane.
 #[derive(Clone, Copy, Debug)]
@@ -76,7 +79,7 @@ macro_rules! instructions {
         instructions! { operator $type Div div $div }
     };
     (operator $type:ident $trait:ident $function:ident $instruction:ident) => {
-        impl $trait for $type {
+        impl<const FUSES: bool> $trait for $type<FUSES> {
             type Output = Self;
             #[inline(always)]
             fn $function(self, other: Self) -> Self {
@@ -90,7 +93,7 @@ macro_rules! instructions {
 instructions! { Avx2: _mm256_add_pd _mm256_sub_pd _mm256_mul_pd _mm256_div_pd }
 instructions! { Avx512: _mm512_add_pd _mm512_sub_pd _mm512_mul_pd _mm512_div_pd }
 
-impl Neg for Avx2 {
+impl<const FUSES: bool> Neg for Avx2<FUSES> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -99,7 +102,7 @@ impl Neg for Avx2 {
     }
 }
 
-impl Neg for Avx512 {
+impl<const FUSES: bool> Neg for Avx512<FUSES> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -108,14 +111,14 @@ impl Neg for Avx512 {
     }
 }
 
-impl PartialEq for Avx2 {
+impl<const FUSES: bool> PartialEq for Avx2<FUSES> {
     #[inline(always)]
     fn eq(&self, other: &Self) -> bool {
         self.array() == other.array()
     }
 }
 
-impl PartialEq for Avx512 {
+impl<const FUSES: bool> PartialEq for Avx512<FUSES> {
     #[inline(always)]
     fn eq(&self, other: &Self) -> bool {
         self.array() == other.array()
@@ -173,13 +176,14 @@ impl Not for Avx512Mask {
     }
 }
 
-impl Lanes for Avx2 {
+impl<const FUSES: bool> Lanes for Avx2<FUSES> {
     const COUNT: usize = 4;
+    const FUSED: bool = FUSES || sin_cos::FUSED;
     type Mask = Avx2Mask;
 
     #[inline(always)]
     fn call<C: Code>(code: C) -> C::Output {
-        #[target_feature(enable = "avx2")]
+        #[target_feature(enable = "avx2,fma")]
         fn compiled<C: Code>(code: C) -> C::Output {
             code.run()
         }
@@ -218,10 +222,10 @@ impl Lanes for Avx2 {
     }
     #[inline(always)]
     fn times_plus(self, b: Self, c: Self) -> Self {
-        if !sin_cos::FUSED {
+        if !Self::FUSED {
             return self * b + c;
         }
-        // SAFETY: the type exists only where its instructions do; the build has fused products here.
+        // SAFETY: the type exists only where its instructions do.
         Self(unsafe { _mm256_fmadd_pd(self.0, b.0, c.0) })
     }
     #[inline(always)]
@@ -273,13 +277,14 @@ impl Lanes for Avx2 {
     }
 }
 
-impl Lanes for Avx512 {
+impl<const FUSES: bool> Lanes for Avx512<FUSES> {
     const COUNT: usize = 8;
+    const FUSED: bool = FUSES || sin_cos::FUSED;
     type Mask = Avx512Mask;
 
     #[inline(always)]
     fn call<C: Code>(code: C) -> C::Output {
-        #[target_feature(enable = "avx512f,avx512dq,avx2")]
+        #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
         fn compiled<C: Code>(code: C) -> C::Output {
             code.run()
         }
@@ -318,7 +323,7 @@ impl Lanes for Avx512 {
     }
     #[inline(always)]
     fn times_plus(self, b: Self, c: Self) -> Self {
-        if !sin_cos::FUSED {
+        if !Self::FUSED {
             return self * b + c;
         }
         // SAFETY: the type exists only where its instructions do.

@@ -2,7 +2,7 @@
 
 use dynamics::integrate::{Phase, Stages};
 use dynamics::lanes::{Lanes, Task, in_four_lanes, in_widest_lanes};
-use dynamics::model::{LaneEvaluation, ModelState};
+use dynamics::model::{LaneEvaluation, ModelState, OwnValues};
 use dynamics::prelude::*;
 
 /// The accelerations of the states, as many at once as there are lanes, with the inputs and active set of the
@@ -25,11 +25,15 @@ impl<M: Dynamics> Task for SideBySide<'_, M> {
                 stages.put(lane, &Phase { q: *state.q(), u: *state.u() });
                 t = t.with_lane(lane, state.t());
             }
+            let mut own = vec![0.0; M::LANE_VALUES];
+            self.model.lane_values(&constants, &states[0], &mut own);
+            let own: Vec<L> = own.into_iter().map(L::splat).collect();
             let mut found = Stages::<M::Vector, L>::zeros();
             let applies = L::call(LaneEvaluation {
                 model: self.model,
                 constants: &constants,
                 state: &states[0],
+                values: OwnValues(&own),
                 t,
                 states: [&stages.q, &stages.u],
                 accelerations: &mut found.u,

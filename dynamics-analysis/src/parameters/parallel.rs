@@ -5,6 +5,7 @@ use alloc::string::String;
 #[cfg(feature = "parallel")]
 use alloc::string::ToString;
 use alloc::vec::Vec;
+use core::ops::Range;
 
 /// `run(0), …, run(count − 1)`. `threads`: how many cores, `None` for all; `progress`: whether a bar is
 /// shown.
@@ -14,16 +15,29 @@ pub(super) fn ordered<T: Send>(
     progress: bool,
     run: impl Fn(usize) -> T + Sync,
 ) -> Result<Vec<T>, String> {
+    ordered_blocks(count, 1, threads, progress, |block| block.map(&run).collect())
+}
+
+/// As [`ordered`], where `run` makes all runs of a block of `length` consecutive ones, the last one shorter.
+pub(super) fn ordered_blocks<T: Send>(
+    count: usize,
+    length: usize,
+    threads: Option<usize>,
+    progress: bool,
+    run: impl Fn(Range<usize>) -> Vec<T> + Sync,
+) -> Result<Vec<T>, String> {
     let bar = ProgressBar::new(count, progress);
-    let one = |i: usize| {
-        let result = run(i);
-        bar.one_more();
-        result
+    let one = |block: usize| {
+        let first = block * length;
+        let results = run(first..count.min(first + length));
+        bar.more(results.len());
+        results
     };
+    let blocks = count.div_ceil(length);
     #[cfg(feature = "parallel")]
     {
         use rayon::prelude::*;
-        let all = || (0..count).into_par_iter().map(one).collect();
+        let all = || (0..blocks).into_par_iter().flat_map_iter(one).collect();
         let Some(threads) = threads else { return Ok(all()) };
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
@@ -34,7 +48,7 @@ pub(super) fn ordered<T: Send>(
     #[cfg(not(feature = "parallel"))]
     {
         let _ = threads;
-        Ok((0..count).map(one).collect())
+        Ok((0..blocks).flat_map(one).collect())
     }
 }
 
@@ -54,10 +68,11 @@ impl ProgressBar {
         }
     }
 
-    fn one_more(&self) {
+    fn more(&self, runs: usize) {
+        let _ = runs;
         #[cfg(feature = "progress")]
         if let Some(shown) = &self.shown {
-            shown.one_more();
+            shown.more(runs as u64);
         }
     }
 }
@@ -88,8 +103,8 @@ mod shown {
             Self { done: AtomicU64::new(0), count: count as u64, begun: now, bar: Mutex::new((now, None)) }
         }
 
-        pub(super) fn one_more(&self) {
-            let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        pub(super) fn more(&self, runs: u64) {
+            let done = self.done.fetch_add(runs, Ordering::Relaxed) + runs;
             let Ok(mut drawn) = self.bar.try_lock() else { return };
             let now = Instant::now();
             if now - drawn.0 < REDRAW_INTERVAL || now - self.begun < DELAY {

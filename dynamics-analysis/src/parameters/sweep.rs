@@ -8,24 +8,51 @@ mod error;
 mod show;
 
 use alloc::borrow::ToOwned;
+use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
+use core::ops::Range;
 
 pub use error::{RunFailure, SweepError};
 
 use dynamics_runtime::model::Parameters;
-use dynamics_runtime::simulate::Simulate;
+use dynamics_runtime::simulate::{Simulate, Simulation, ends};
 
-use super::parallel::ordered;
+use super::parallel::{ordered, ordered_blocks};
 use super::variable::{Variable, VariableError};
 
 /// Most runs of a sweep: the results of more than 2³² runs fit no memory.
 const MAX_RUNS: u64 = 1 << 32;
+/// Runs that a core takes at once where they are made side by side. In the last ones of a block some lanes
+/// have no run: a smaller number leaves more of them without, a larger one has cores wait for the last block.
+const RUNS_OF_BLOCK: usize = 512;
+
+/// Options of a simulation.
+type Options<'m, M> = dyn Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm;
 
 /// An axis of the grid, checked.
 struct GridAxis {
     variable: Variable,
     values: Vec<f64>,
+}
+
+/// A grid with checked axes.
+struct Grid {
+    axes: Vec<GridAxis>,
+    lengths: Vec<usize>,
+    count: usize,
+}
+
+impl Grid {
+    /// The axes, as the result of a sweep has them.
+    fn named<M: Simulate + Parameters + Clone>(&self) -> Vec<SweepAxis> {
+        let named = |axis: &GridAxis| SweepAxis {
+            name: axis.variable.name::<M>(),
+            unit: axis.variable.unit::<M>(),
+            values: axis.values.clone(),
+        };
+        self.axes.iter().map(named).collect()
+    }
 }
 
 /// A sweep with its options, before it runs.
@@ -46,11 +73,12 @@ pub struct Sweeping<'m, M: Simulate> {
     axes: Vec<(String, Vec<f64>)>,
     threads: Option<usize>,
     progress: bool,
+    options: Option<Box<Options<'m, M>>>,
 }
 
 impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
     pub(super) fn new(model: &'m M, start: M::State) -> Self {
-        Self { model, start, axes: Vec::new(), threads: None, progress: false }
+        Self { model, start, axes: Vec::new(), threads: None, progress: false, options: None }
     }
 
     /// Adds an axis to the grid: values of a parameter, of a coordinate or of a velocity at the start.
@@ -73,6 +101,52 @@ impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
         self
     }
 
+    /// The options of the simulations that [`Sweeping::ends`] makes: `.until(..)`, a tolerance, events.
+    pub fn with(
+        mut self,
+        options: impl Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm,
+    ) -> Self {
+        self.options = Some(Box::new(options));
+        self
+    }
+
+    /// Makes all runs and keeps numbers of their ends only. `of_end` gets the model of a run and its last
+    /// state: at the end time, or where `.stop_at(..)` ended it. This takes a part of the time of
+    /// [`Sweeping::run`] where runs can be made side by side, see [`ends`].
+    ///
+    /// ```text
+    /// let sweep = sweep.with(|run| run.until(30.0)).ends(["theta1"], |_, end| [end.theta1()])?;
+    /// ```
+    ///
+    /// # Errors
+    /// As of [`Sweeping::run`]. A simulation without an end time is a failure of its run.
+    pub fn ends<const K: usize>(
+        self,
+        names: [&str; K],
+        of_end: impl Fn(&M, M::State) -> [f64; K] + Sync,
+    ) -> Result<Sweep<K>, SweepError>
+    where
+        M: Sync,
+    {
+        let grid = self.grid()?;
+        let block = |runs: Range<usize>| {
+            let points: Vec<(M, M::State)> = runs.map(|index| self.point(&grid, index)).collect();
+            let simulations = points.iter().map(|(model, start)| {
+                let simulation = model.simulate(*start);
+                match &self.options {
+                    Some(options) => options(simulation),
+                    None => simulation,
+                }
+            });
+            let ends = ends(simulations);
+            let kept = |(end, (model, _)): (Result<M::State, _>, &(M, M::State))| Ok(of_end(model, end?));
+            ends.into_iter().zip(&points).map(kept).collect()
+        };
+        let results = ordered_blocks(grid.count, RUNS_OF_BLOCK, self.threads, self.progress, block);
+        let results = results.map_err(SweepError::Threads)?;
+        Ok(Sweep { axes: grid.named::<M>(), names: names.map(str::to_owned), results })
+    }
+
     /// Makes all runs. `run` gets the model and the start of a point of the grid, and returns the numbers
     /// that are kept of it under these names.
     ///
@@ -88,24 +162,31 @@ impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
     where
         M: Sync,
     {
+        let grid = self.grid()?;
+        let one = |index: usize| {
+            let (model, start) = self.point(&grid, index);
+            run(&model, start)
+        };
+        let results = ordered(grid.count, self.threads, self.progress, one).map_err(SweepError::Threads)?;
+        Ok(Sweep { axes: grid.named::<M>(), names: names.map(str::to_owned), results })
+    }
+
+    /// The grid, checked.
+    fn grid(&self) -> Result<Grid, SweepError> {
         let axes = self.check()?;
         let lengths: Vec<usize> = axes.iter().map(|axis| axis.values.len()).collect();
         let count = lengths.iter().try_fold(1_usize, |product, n| product.checked_mul(*n));
         let count = count.filter(|count| *count as u64 <= MAX_RUNS).ok_or(SweepError::TooMany)?;
-        let one = |index: usize| {
-            let (mut model, mut start) = (self.model.clone(), self.start);
-            for (axis, i) in axes.iter().zip(grid_indices(&lengths, index)) {
-                axis.variable.set(&mut model, &mut start, axis.values[i]);
-            }
-            run(&model, start)
-        };
-        let results = ordered(count, self.threads, self.progress, one).map_err(SweepError::Threads)?;
-        let named = |axis: &GridAxis| SweepAxis {
-            name: axis.variable.name::<M>(),
-            unit: axis.variable.unit::<M>(),
-            values: axis.values.clone(),
-        };
-        Ok(Sweep { axes: axes.iter().map(named).collect(), names: names.map(str::to_owned), results })
+        Ok(Grid { axes, lengths, count })
+    }
+
+    /// The model and the start at a point of the grid.
+    fn point(&self, grid: &Grid, index: usize) -> (M, M::State) {
+        let (mut model, mut start) = (self.model.clone(), self.start);
+        for (axis, i) in grid.axes.iter().zip(grid_indices(&grid.lengths, index)) {
+            axis.variable.set(&mut model, &mut start, axis.values[i]);
+        }
+        (model, start)
     }
 
     /// The axes, with their names resolved and their values checked.

@@ -22,7 +22,8 @@ use crate::integrate::{
 use crate::lanes::Lanes;
 use crate::linalg::max_abs;
 use crate::model::{
-    ActiveSet, Branches, Constraints, LaneEvaluation, Model, ModelState, StaticTraits, Vector, WideOf,
+    ActiveSet, Branches, Constraints, LaneEvaluation, Model, ModelState, SharedValues, StaticTraits, Vector,
+    WideOf,
 };
 use crate::simulate::stabilization::{Stabilization, StabilizationSnapshot};
 
@@ -323,6 +324,7 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
             model: self.model,
             constants: self.constants,
             state: &state,
+            values: SharedValues,
             t,
             states: [&y.q, &y.u],
             accelerations: a,

@@ -4,6 +4,7 @@
 
 pub(crate) mod check;
 mod execution;
+pub(crate) mod side_by_side;
 
 use alloc::boxed::Box;
 use alloc::string::String;

@@ -48,7 +48,7 @@ pub fn fast(x: f64) -> (f64, f64) {
 /// [`fast`] where |x| ≤ [`LARGEST_REDUCED`] in every lane.
 #[inline(always)]
 pub(crate) fn near<L: Lanes>(x: L) -> (L, L) {
-    let (quarter, r, c) = if FUSED { reduce_fused(x, L::times_plus) } else { reduce(x) };
+    let (quarter, r, c) = if L::FUSED { reduce_fused(x, L::times_plus) } else { reduce(x) };
     L::turn(quarter, sine(r, c), cosine(r, c))
 }
 

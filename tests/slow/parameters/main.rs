@@ -3,6 +3,7 @@
 
 #[path = "../../models/double_pendulum.rs"]
 mod double_pendulum;
+mod ends;
 mod fit;
 mod fit_refused;
 mod gradients;

@@ -1,5 +1,6 @@
 //! Where values come from, and how one operation is written.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use dynamics_symbolic::check::hazards::Branch;
@@ -9,7 +10,7 @@ use proc_macro2::TokenStream;
 use quote::quote;
 
 use super::super::{Surface, local};
-use super::Printer;
+use super::{Printer, parsed};
 
 /// Lanes of a block of Cauchy sums, as `dynamics_runtime::series::LANES_OF_BLOCK`.
 pub(in super::super) const LANES_OF_BLOCK: usize = 4;
@@ -29,8 +30,11 @@ pub(in super::super) struct Access<'a> {
     /// Whether it is for Taylor coefficients: sums of lanes come in blocks, and a sum with a product is
     /// written as one operation, for targets that have it.
     pub(super) coefficients: bool,
-    /// Whether values are those of four states side by side.
+    /// Whether values are those of several states side by side.
     pub(in super::super) lanes: bool,
+    /// What several states may share or have each for itself, in the order of its first use: parameters,
+    /// constants, inputs.
+    lane_values: RefCell<Vec<String>>,
     /// Whether sines and cosines are the platform's.
     pub(super) accurate: bool,
 }
@@ -47,6 +51,7 @@ impl<'a> Access<'a> {
             functions: surface.functions.iter().map(|field| quote!(#model.#field).to_string()).collect(),
             coefficients: false,
             lanes: false,
+            lane_values: RefCell::default(),
             accurate: surface.accurate,
         }
     }
@@ -62,6 +67,7 @@ impl<'a> Access<'a> {
             functions: Vec::new(),
             coefficients: true,
             lanes: false,
+            lane_values: RefCell::default(),
             accurate: surface.accurate,
         }
     }
@@ -92,11 +98,30 @@ impl<'a> Access<'a> {
     /// A number or symbol, in every lane where there are some.
     pub(super) fn leaf(&self, id: NodeId) -> String {
         let leaf = self.one(id);
-        let differs = matches!(
-            self.graph.node(id),
-            Node::Symbol(Symbol::Time | Symbol::Coordinate(_) | Symbol::Rate(_))
-        );
-        if self.lanes && !differs { format!("__Lanes::splat({leaf})") } else { leaf }
+        match self.graph.node(id) {
+            _ if !self.lanes => leaf,
+            Node::Symbol(Symbol::Time | Symbol::Coordinate(_) | Symbol::Rate(_)) => leaf,
+            Node::Number(_) => format!("__Lanes::splat({leaf})"),
+            _ => self.lane_value(leaf),
+        }
+    }
+
+    /// What is written as `value` for one state, in every lane where there are some.
+    pub(super) fn lane_value(&self, value: String) -> String {
+        if !self.lanes {
+            return value;
+        }
+        let mut known = self.lane_values.borrow_mut();
+        let index = known.iter().position(|other| *other == value).unwrap_or_else(|| {
+            known.push(value.clone());
+            known.len() - 1
+        });
+        format!("__values.value({index},{value})")
+    }
+
+    /// All that was written by [`Self::lane_value`], in the order of the indices.
+    pub(in super::super) fn lane_values(&self) -> Vec<TokenStream> {
+        self.lane_values.borrow().iter().map(|value| parsed(value)).collect()
     }
 
     fn one(&self, id: NodeId) -> String {

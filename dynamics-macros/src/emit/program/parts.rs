@@ -83,9 +83,7 @@ impl Body<'_> {
     fn printer(&self) -> Printer<'_> {
         let mut printer = Printer::new(self.access);
         for (i, id) in self.constants.iter().enumerate() {
-            let constant =
-                if self.access.lanes { format!("__Lanes::splat(__k[{i}])") } else { format!("__k[{i}]") };
-            printer.values.insert(*id, constant);
+            printer.values.insert(*id, self.access.lane_value(format!("__k[{i}]")));
         }
         printer
     }

@@ -13,7 +13,7 @@ use super::solves::Staged;
 use super::unrolled::MOST_STEPS_TWICE;
 
 impl Emission<'_> {
-    /// `const HAS_LANES` and `fn accelerations_in_lanes`, where the accelerations are straight-line code
+    /// `const HAS_LANES`, `fn accelerations_in_lanes` and what of the model it reads, where the accelerations are straight-line code
     /// without choices: these would have to be made lane by lane, as would calls of the user's functions.
     pub(super) fn accelerations_in_lanes(&self, staged: &Staged) -> TokenStream {
         let program = &self.compiled.programs.accelerations;
@@ -68,19 +68,35 @@ impl Emission<'_> {
         let check = (!values.is_empty()).then(|| quote!(if #fails { return false; }));
         let (model, k, state, w) = (local("model"), local("k"), local("state"), local("w"));
         let (t, q, u, a) = (local("t"), local("q"), local("u"), local("accelerations"));
-        let lanes = local("Lanes");
+        let (lanes, own, values, out) = (local("Lanes"), local("Values"), local("values"), local("out"));
+        let read = access.lane_values();
+        let count = read.len();
         quote! {
             const HAS_LANES: #private::bool = true;
-            #[inline(always)]
-            fn accelerations_in_lanes<#lanes: #private::Lanes>(
+            const LANE_VALUES: #private::usize = #count;
+            fn lane_values(
                 &self,
                 #k: &Self::Constants,
                 #state: &<Self as #private::Model>::State,
+                #out: &mut [#private::f64],
+            ) {
+                let (#model, #w) = (self, &#state.inputs.data.0[0]);
+                #out[..#count].copy_from_slice(&[#(#read),*]);
+            }
+            #[inline(always)]
+            fn accelerations_in_lanes<#lanes: #private::Lanes, #own: #private::LaneValues<#lanes>>(
+                &self,
+                #k: &Self::Constants,
+                #state: &<Self as #private::Model>::State,
+                #values: &#own,
                 #t: #lanes,
                 [#q, #u]: [&#private::WideOf<Self, #lanes>; 2],
                 #a: &mut #private::WideOf<Self, #lanes>,
             ) -> #private::bool {
                 let (#model, #w) = (self, &#state.inputs.data.0[0]);
+                if !#values.cover(#count) {
+                    return false;
+                }
                 #statements
                 #check
                 *#a = [#(#accelerations),*];

@@ -100,7 +100,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         })
     }
 
-    fn check_start(&self) -> Result<(), OptionError> {
+    pub(super) fn check_start(&self) -> Result<(), OptionError> {
         let not_finite = |v: &[f64]| v.iter().position(|x| !x.is_finite());
         if !self.start.t().is_finite() {
             return Err(OptionError::StartNotFinite { name: "t", rate: false });
@@ -117,7 +117,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         }
     }
 
-    fn check_steps(&self) -> Result<StepOptions, OptionError> {
+    pub(super) fn check_steps(&self) -> Result<StepOptions, OptionError> {
         let (tolerances, option) =
             self.tolerances.unwrap_or((Tolerances::both(DEFAULT_TOLERANCE), ToleranceOption::Tolerance));
         let Tolerances { absolute, relative } = tolerances;

@@ -180,6 +180,19 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         Ok((FinishedRun { model: self.model, constants, law, trajectory, reference }, result))
     }
 
+    /// Sets the absolute tolerance of the options by a pilot run, where the motion is small.
+    pub(super) fn make_pilot_run(
+        &self,
+        erased_method: &SharedMethod<M>,
+        constants: &M::Constants,
+        options: &mut StepOptions,
+        end: f64,
+    ) {
+        let setup =
+            RunSetup { simulation: self, constants, law: None, formulation: None, contacts: Vec::new(), end };
+        setup.make_pilot_run(erased_method, options);
+    }
+
     #[cfg(feature = "progress")]
     fn progress_to(&self, end: f64) -> Progress {
         if self.progress { Progress::new(self.start.t(), end) } else { Progress::none() }

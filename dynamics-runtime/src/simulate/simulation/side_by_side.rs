@@ -1,0 +1,169 @@
+//! Which simulations can be made side by side with others (`ensemble.rs`), and what these need of them.
+
+use alloc::sync::Arc;
+use alloc::vec;
+use alloc::vec::Vec;
+
+use crate::error::SolveError;
+use crate::integrate::choice;
+use crate::integrate::{Phase, StepOptions, Stepper, Verner9};
+use crate::model::{ModelState, SimulationModel, Vector};
+use crate::simulate::erased_method::SharedMethod;
+use crate::simulate::failure::OptionError;
+use crate::simulate::simulation::{Output, Simulation, ToleranceOption};
+
+/// A step comes near an event if the parabola through three values of its function comes this near zero, in
+/// parts of the largest of them.
+const NEAR_EVENT: f64 = 0.1;
+
+/// A simulation that is made in a lane.
+pub(crate) struct LanePlan<M: SimulationModel> {
+    pub(crate) constants: M::Constants,
+    pub(crate) options: StepOptions,
+    pub(crate) max_steps: u64,
+    pub(crate) end: f64,
+    /// Size of the first step.
+    pub(crate) first: f64,
+    pub(crate) events: Vec<WatchedEvent>,
+}
+
+/// An event that acts.
+#[derive(Clone, Copy)]
+pub(crate) struct WatchedEvent {
+    /// Events of the model come first, then those of the simulation.
+    index: usize,
+    /// Its value where the motion stands.
+    value: f64,
+}
+
+impl<'m, M: SimulationModel> Simulation<'m, M> {
+    pub(crate) fn model(&self) -> &'m M {
+        self.model
+    }
+
+    pub(crate) fn start(&self) -> &M::State {
+        &self.start
+    }
+
+    /// The state of the motion at a time.
+    pub(crate) fn state_at(&self, t: f64, y: &Phase<M::Vector>) -> M::State {
+        let mut state = self.start;
+        state = M::State::new(t, y.q, y.u, *state.inputs());
+        *state.active_set_mut() = self.start.active_set();
+        state
+    }
+
+    /// The same simulation from a later state of its motion.
+    pub(crate) fn starting_at(self, start: M::State) -> Self {
+        Self { start, first: None, ..self }
+    }
+
+    /// What a lane needs; `None` where the simulation is to be run alone: it has options that lanes do not
+    /// have, or its start or its options are wrong, which its own run reports.
+    pub(crate) fn side_by_side(&self) -> Option<LanePlan<M>> {
+        #[cfg(feature = "progress")]
+        let shows_progress = self.progress;
+        #[cfg(not(feature = "progress"))]
+        let shows_progress = false;
+        let is_plain = self.method.is_none()
+            && self.fixed.is_none()
+            && self.law.is_none()
+            && self.contacts.is_empty()
+            && self.sticking.is_empty()
+            && self.formulation.is_none()
+            && self.cancel.is_none()
+            && !self.consistent_output
+            && !self.estimates_error
+            && !shows_progress
+            && matches!(self.output, Output::Steps);
+        let end = self.end.filter(|end| is_plain && end.is_finite() && *end != self.start.t())?;
+        OptionError::check_parameters(self.model).ok()?;
+        self.check_start().ok()?;
+        let mut options = self.check_steps().ok()?;
+        let constants = self.model.constants().ok()?;
+        let events = self.watched_events()?;
+        if self.tolerances.is_none_or(|(_, option)| option == ToleranceOption::Tolerance) {
+            let method: SharedMethod<M> = Arc::new(choice::Verner9);
+            self.make_pilot_run(&method, &constants, &mut options, end);
+        }
+        let mut accelerations = |t: f64, q: &M::Vector, u: &M::Vector| -> Result<M::Vector, SolveError> {
+            self.model.accelerations_with(&constants, &self.state_at(t, &Phase { q: *q, u: *u }))
+        };
+        let y = Phase { q: *self.start.q(), u: *self.start.u() };
+        let stepper = Stepper::<M::Vector, Verner9<M::Vector>>::new(
+            &mut accelerations,
+            self.start.t(),
+            y,
+            end,
+            options,
+        )
+        .ok()?;
+        let first = stepper.proposed_step();
+        Some(LanePlan { constants, options, max_steps: self.max_steps, end, first, events })
+    }
+
+    /// The events that act, with their values at the start; `None` where a name is unknown, or where a value
+    /// is zero or does not exist.
+    fn watched_events(&self) -> Option<Vec<WatchedEvent>> {
+        let mut events = Vec::with_capacity(self.actions.len());
+        for (name, ..) in &self.actions {
+            let own = M::EVENTS.iter().position(|event| event.name == name);
+            let added = || Some(M::EVENTS.len() + self.added_events.iter().position(|e| e.name == *name)?);
+            events.push(WatchedEvent { index: own.or_else(added)?, value: 0.0 });
+        }
+        let is_crossed = |event: &WatchedEvent| event.value == 0.0;
+        (self.evaluate(&mut events, &self.start) && !events.iter().any(is_crossed)).then_some(events)
+    }
+
+    /// Evaluates events at a state. False where one has no value.
+    fn evaluate(&self, events: &mut [WatchedEvent], state: &M::State) -> bool {
+        let mut own = vec![0.0; M::EVENTS.len()];
+        if events.iter().any(|event| event.index < own.len()) && self.model.events(state, &mut own).is_err() {
+            return false;
+        }
+        for event in events.iter_mut() {
+            event.value = match own.get(event.index) {
+                Some(value) => *value,
+                None => (self.added_events[event.index - own.len()].function)(state),
+            };
+        }
+        events.iter().all(|event| !event.value.is_nan())
+    }
+
+    /// Whether an event may have acted in a step: its function has changed its sign between the ends and the
+    /// middle, comes near zero, or has no value. Updates the values to those at the end.
+    pub(crate) fn may_act(&self, events: &mut [WatchedEvent], from: &M::State, to: &M::State) -> bool {
+        let mut middle = events.to_vec();
+        let before = events.to_vec();
+        if !self.evaluate(&mut middle, &self.middle(from, to)) || !self.evaluate(events, to) {
+            return true;
+        }
+        let values = before.iter().zip(&middle).zip(events.iter());
+        values.into_iter().any(|((a, b), c)| comes_near_zero([a.value, b.value, c.value]))
+    }
+
+    /// The state in the middle of a step, by the cubic through q and q̇ at its ends.
+    fn middle(&self, from: &M::State, to: &M::State) -> M::State {
+        let h = to.t() - from.t();
+        let mut y = Phase { q: *from.q(), u: *from.u() };
+        for i in 0..M::Vector::LEN {
+            let [(a, b), (u, v)] = [(from.q()[i], to.q()[i]), (from.u()[i], to.u()[i])];
+            y.q[i] = 0.5 * (a + b) + 0.125 * h * (u - v);
+            y.u[i] = 1.5 * (b - a) / h - 0.25 * (u + v);
+        }
+        self.state_at(from.t() + 0.5 * h, &y)
+    }
+}
+
+/// Whether a function with these values at the start, in the middle and at the end of a step changes its
+/// sign, or the parabola through them comes near zero.
+fn comes_near_zero([a, b, c]: [f64; 3]) -> bool {
+    if a.signum() != b.signum() || b.signum() != c.signum() || c == 0.0 {
+        return true;
+    }
+    let [a, b, c] = [a.abs(), b.abs(), c.abs()];
+    // p(x) = a − slope x + bend x², x from 0 to 1.
+    let (slope, bend) = (3.0 * a - 4.0 * b + c, 2.0 * a - 4.0 * b + 2.0 * c);
+    let has_minimum = slope > 0.0 && slope < 2.0 * bend;
+    has_minimum && a - slope * slope / (4.0 * bend) < NEAR_EVENT * a.max(b).max(c)
+}

@@ -1,0 +1,335 @@
+//! Runs of which only the ends are wanted, side by side: the same motions as alone, whatever runs beside
+//! them; and what ends them early or fails is reported as alone.
+
+use dynamics::model::{Model, ModelState};
+use dynamics::prelude::*;
+use dynamics::simulate::{Flow, Simulation, SimulationErrorKind, ends};
+
+use super::double_pendulum::DoublePendulum;
+use super::models::{Oscillator, once};
+
+/// A pendulum whose pivot moves, with a motor whose torque is an input.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(theta: rad, x: m)]
+#[inputs(torque: N * m)]
+#[units(mass: kg, length: m, g: m / s^2, amplitude: m, omega: rad / s, stiffness: N / m)]
+struct Driven {
+    mass: f64,
+    length: f64,
+    g: f64,
+    amplitude: f64,
+    omega: f64,
+    stiffness: f64,
+}
+
+#[dynamics]
+impl Driven {
+    fn bob(&self, q: &Coordinates<Self>) -> Vec2 {
+        let pivot = self.amplitude * (self.omega * q.t).sin();
+        vec2(q.x + self.length * q.theta.sin(), pivot - self.length * q.theta.cos())
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * (self.bob(q).dt().norm_squared() + 2.0 * q.x.dt().powi(2))
+    }
+    #[potential]
+    fn potential(&self, q: &Coordinates<Self>) -> Expr {
+        self.mass * self.g * self.bob(q).y + 0.5 * self.stiffness * q.x.powi(2)
+    }
+    #[force(theta)]
+    fn motor(&self, q: &Coordinates<Self>) -> Expr {
+        q.torque - 0.05 * self.mass * self.length.powi(2) * q.theta.dt()
+    }
+    #[event]
+    fn upright(&self, q: &Coordinates<Self>) -> Expr {
+        q.theta.cos() + 0.9
+    }
+}
+
+/// A number from 0 to 1 for each index, without pattern.
+fn random(index: usize) -> f64 {
+    (12.9898 * (index as f64 + 1.0)).sin().mul_add(43_758.545_3, 0.0).rem_euclid(1.0)
+}
+
+fn driven(count: usize) -> Vec<(Driven, State<Driven>)> {
+    let one = |k: usize| {
+        let r = |i: usize| random(10 * k + i);
+        let model = Driven {
+            mass: 0.5 + r(0),
+            length: 0.3 + r(1),
+            g: 9.81,
+            amplitude: 0.2 * r(2),
+            omega: 1.0 + 8.0 * r(3),
+            stiffness: 5.0 + 50.0 * r(4),
+        };
+        let start = model.state().at_time(r(5)).theta(6.0 * r(6) - 3.0).x(r(7) - 0.5).theta_rate(2.0 * r(8));
+        let start = start.torque(r(9) - 0.5).build().unwrap();
+        (model, start)
+    };
+    (0..count).map(one).collect()
+}
+
+fn bits<S: ModelState>(state: &S) -> Vec<u64> {
+    let numbers =
+        state.q().as_slice().iter().chain(state.u().as_slice()).chain([&state.t()][..].iter().copied());
+    numbers.map(|x| x.to_bits()).collect()
+}
+
+fn farthest<S: ModelState>(a: &S, b: &S) -> f64 {
+    let parts = |s: &S| [s.q().as_slice(), s.u().as_slice()].concat();
+    parts(a).iter().zip(parts(b)).map(|(a, b)| (a - b).abs()).fold((a.t() - b.t()).abs(), f64::max)
+}
+
+/// Every run has its own parameters, input, start and end; a run has the same bits alone, among others, and
+/// in another order; all of them agree with runs at a tighter tolerance.
+#[test]
+fn a_run_does_not_know_its_neighbours() {
+    let points = driven(45);
+    let until = |k: usize| 2.0 + 3.0 * random(7 * k);
+    let run = |k: usize| {
+        let (model, start) = &points[k];
+        model.simulate(*start).until(until(k)).tolerance(if k % 3 == 0 { 1e-11 } else { 1e-9 })
+    };
+    let together = ends((0..points.len()).map(run));
+    let mut backwards = ends((0..points.len()).rev().map(run));
+    backwards.reverse();
+    for (k, end) in together.iter().enumerate() {
+        let end = end.as_ref().unwrap();
+        let alone = ends([run(k)]).remove(0).unwrap();
+        assert_eq!(bits(end), bits(&alone), "{k}");
+        assert_eq!(bits(end), bits(backwards[k].as_ref().unwrap()), "{k}");
+        assert_eq!(end.t(), until(k));
+        let exact = run(k).tolerance(1e-13).run_with(|_| ()).unwrap();
+        assert!(farthest(end, &exact) < 3e-7, "{k}: {:e}", farthest(end, &exact));
+        assert_eq!(end.torque(), points[k].1.torque());
+    }
+}
+
+/// The closed form, at each of several tolerances; and back to the start.
+#[test]
+fn errors_follow_the_tolerance() {
+    let model = Oscillator::PLAIN;
+    let start = |k: usize| model.state().x(0.1 + 0.05 * k as f64).x_rate(-0.2 * k as f64).build().unwrap();
+    for tolerance in [1e-5, 1e-7, 1e-9, 1e-11] {
+        let forth = ends((0..11).map(|k| model.simulate(start(k)).until(1.7).tolerance(tolerance)));
+        let forth: Vec<_> = forth.into_iter().map(Result::unwrap).collect();
+        let back = ends(forth.iter().map(|end| model.simulate(*end).until(0.0).tolerance(tolerance)));
+        for (k, (end, back)) in forth.iter().zip(back).enumerate() {
+            let [x, v] = [start(k).x(), start(k).x_rate()];
+            let closed = Oscillator::closed([2.0, 1.2, 50.0, x, v], 1.7);
+            let off = (end.x() - closed[0]).abs().max((end.x_rate() - closed[1]).abs());
+            assert!(off < 100.0 * tolerance, "{tolerance:e}, {k}: {off:e}");
+            assert!(farthest(&back.unwrap(), &start(k)) < 500.0 * tolerance);
+        }
+    }
+}
+
+/// Small motions have the digits that they have alone: the absolute tolerance follows their size.
+#[test]
+fn small_motions_keep_their_digits() {
+    let model = Oscillator::PLAIN;
+    let sizes = [1e-8, 1e-4, 1.0];
+    let starts = sizes.map(|x| model.state().x(x).build().unwrap());
+    let found = ends(starts.iter().map(|start| model.simulate(*start).until(3.0)));
+    for (size, end) in sizes.into_iter().zip(found) {
+        let [x, _] = Oscillator::closed([2.0, 1.2, 50.0, size, 0.0], 3.0);
+        assert!((end.unwrap().x() - x).abs() < 1e-7 * size, "{size:e}");
+    }
+}
+
+fn to_the_top<'m>(model: &'m Driven, start: &State<Driven>) -> Simulation<'m, Driven> {
+    let run = model.simulate(*start).until(4.0).tolerance(1e-10);
+    run.stop_at("upright", Direction::Falling)
+        .event("right", |state| state.x() - 0.45)
+        .stop_at("right", Direction::Rising)
+}
+
+/// The first crossing ends a run where it ends alone, whether the model or the run has the function.
+#[test]
+fn events_end_runs_as_alone() {
+    let points = driven(60);
+    let found = ends(points.iter().map(|(model, start)| to_the_top(model, start)));
+    let mut early = 0;
+    for (k, ((model, start), end)) in points.iter().zip(found).enumerate() {
+        let (end, alone) = (end.unwrap(), to_the_top(model, start).run_with(|_| ()).unwrap());
+        assert!(farthest(&end, &alone) < 1e-6, "{k}: {end:?} {alone:?}");
+        early += u32::from(end.t() < 4.0);
+    }
+    assert!((10..50).contains(&early), "{early}");
+}
+
+/// A ball on a spring passes a height twice within one long step; the first time counts.
+#[test]
+fn two_crossings_within_a_step_are_not_missed() {
+    let model = Oscillator { mass: 1.0, damping: 0.0, stiffness: 1.0 };
+    let start = model.state().x(1.0).build().unwrap();
+    let heights: Vec<f64> = (1..40).map(|k| 1.0 - 0.5f64.powi(k / 2) / f64::from(k)).collect();
+    let run = |height: f64| {
+        let run = model.simulate(start).until(20.0).tolerance(1e-6);
+        run.event("height", move |state| state.x() + height).stop_at("height", Direction::Falling)
+    };
+    for (height, end) in heights.iter().zip(ends(heights.iter().map(|height| run(*height)))) {
+        let time = end.unwrap().t();
+        assert!((time - (-height).acos()).abs() < 1e-3, "{height}: {time}");
+    }
+}
+
+/// Actions change states, and may be called in every run.
+#[test]
+fn actions_act_as_alone() {
+    let model = Oscillator { mass: 1.0, damping: 0.1, stiffness: 4.0 };
+    let run = |k: usize| {
+        let start = model.state().x(0.2 + 0.1 * k as f64).build().unwrap();
+        let bounce = move |state: &mut State<Oscillator>| state.set_x_rate(-0.5 * state.x_rate());
+        let run = model.simulate(start).until(5.0).tolerance(1e-9);
+        run.event("wall", |state| state.x() + 0.1).on_event("wall", Direction::Falling, bounce)
+    };
+    for (k, end) in ends((0..20).map(run)).into_iter().enumerate() {
+        let alone = run(k).run_with(|_| ()).unwrap();
+        assert!(farthest(&end.unwrap(), &alone) < 1e-6, "{k}");
+    }
+    // An action that ends the run.
+    let start = model.state().x(1.0).build().unwrap();
+    let stopped = model.simulate(start).until(5.0).event("middle", |state| state.x());
+    let end = ends([stopped.on_event("middle", Direction::Any, |_| Flow::Stop)]).remove(0).unwrap();
+    assert!(end.x().abs() < 1e-9 && end.t() < 1.0);
+}
+
+/// Every error is that of the run alone, in its place, and the others do not feel it.
+#[test]
+fn what_fails_stands_in_its_place() {
+    let good = Oscillator::PLAIN;
+    let massless = Oscillator { mass: 0.0, ..Oscillator::PLAIN };
+    let start = good.state().x(0.3).build().unwrap();
+    let runs = || {
+        [
+            good.simulate(start).until(1.0),
+            massless.simulate(start).until(1.0),
+            good.simulate(start),
+            good.simulate(start).until(1.0).tolerance(-1.0),
+            good.simulate(start).until(1.0).stop_at("nothing", Direction::Any),
+            good.simulate(start).until(1e3).max_steps(20),
+            good.simulate(start).until(1.0).event("none", |_| f64::NAN).stop_at("none", Direction::Any),
+            good.simulate(start).until(1.0).max_step(0.01),
+            good.simulate(start).until(0.0),
+        ]
+    };
+    let found = ends(runs());
+    for (k, (end, run)) in found.iter().zip(runs()).enumerate() {
+        match (end, run.run_with(|_| ())) {
+            (Ok(end), Ok(alone)) => assert!(farthest(end, &alone) < 1e-8, "{k}"),
+            (Err(error), Err(alone)) => assert_eq!(error.to_string(), alone.to_string(), "{k}"),
+            (end, alone) => panic!("{k}: {end:?} {alone:?}"),
+        }
+    }
+    let failed: Vec<usize> = (0..found.len()).filter(|k| found[*k].is_err()).collect();
+    assert_eq!(failed, [1, 2, 3, 4, 5, 6]);
+    let kind = &found[5].as_ref().unwrap_err().kind;
+    assert!(matches!(kind, SimulationErrorKind::TooManySteps { .. }), "{kind}");
+}
+
+/// x̌ = x² leaves every bound in finite time for some starts.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+struct Runaway {
+    force: f64,
+}
+
+#[dynamics]
+impl Runaway {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn potential(&self, q: &Coordinates<Self>) -> Expr {
+        -self.force * q.x.powi(3) / 3.0
+    }
+}
+
+#[test]
+fn a_run_that_ends_at_a_pole_leaves_the_others_alone() {
+    let model = Runaway { force: 1.0 };
+    let start = |k: usize| model.state().x(if k % 4 == 1 { 1.0 } else { -1.0 }).build().unwrap();
+    let run = |k: usize| model.simulate(start(k)).until(3.0);
+    let found = ends((0..23).map(run));
+    let lone = bits(ends([run(0)])[0].as_ref().unwrap());
+    for (k, end) in found.iter().enumerate() {
+        match end {
+            Ok(end) => assert!(k % 4 != 1 && bits(end) == lone, "{k}"),
+            Err(error) => assert!(k % 4 == 1 && (2.5..3.0).contains(&error.time), "{k}: {error}"),
+        }
+    }
+}
+
+/// A stiff spring beside a slow one: such runs go on with an implicit method, as alone.
+#[test]
+fn stiff_runs_come_to_their_end() {
+    let model = Oscillator { mass: 1.0, damping: 1e6, stiffness: 1e6 };
+    let start = model.state().x(1.0).build().unwrap();
+    let found = ends((0..3).map(|_| model.simulate(start).until(2.0).tolerance(1e-6).max_steps(20_000)));
+    for end in found {
+        assert!((end.unwrap().x() - (-2.0f64).exp()).abs() < 1e-5);
+    }
+}
+
+/// Models with constraints or choices run one by one, to the same ends.
+#[test]
+fn constraints_run_alone() {
+    let bob = once::Bob { mass: 1.0, length: 1.0, g: 9.81, push: 0.3 };
+    let start = |k: usize| bob.state().x(0.1 * k as f64).y_guess(-1.0).assemble().unwrap();
+    let found = ends((1..6).map(|k| bob.simulate(start(k)).until(2.0)));
+    for (k, end) in (1..6).zip(found) {
+        assert_eq!(bits(&end.unwrap()), bits(&bob.simulate(start(k)).until(2.0).run_with(|_| ()).unwrap()));
+    }
+}
+
+#[test]
+fn no_runs_have_no_ends() {
+    let none: [Simulation<'_, Oscillator>; 0] = [];
+    assert!(ends(none).is_empty());
+}
+
+fn pendulum() -> (DoublePendulum, <DoublePendulum as Model>::State) {
+    let model = DoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.81 };
+    let start = model.state().build().unwrap();
+    (model, start)
+}
+
+/// A sweep over starts and parameters has the numbers of its runs, in the order of the grid, by whatever
+/// number of cores.
+#[test]
+fn a_sweep_of_ends_is_that_of_its_runs() {
+    let (model, start) = pendulum();
+    let sweep = || {
+        let angles = (0..40).map(|k| 0.05 * f64::from(k));
+        model.sweep(start).over("theta1", angles).over("m2", (1..30).map(|k| 0.1 * f64::from(k)))
+    };
+    let angle = ["theta2"];
+    let ends =
+        sweep().with(|run| run.until(0.8)).ends(angle, |model, end| [end.theta2() * model.m1]).unwrap();
+    let run = |model: &DoublePendulum, start| Ok([model.simulate(start).until(0.8).run()?.end().theta2()]);
+    let runs = sweep().run(angle, run).unwrap();
+    assert_eq!(ends.axes, runs.axes);
+    assert_eq!(ends.results.len(), 40 * 29);
+    for (k, (a, b)) in ends.results.iter().zip(&runs.results).enumerate() {
+        let ([a], [b]) = (a.as_ref().unwrap(), b.as_ref().unwrap());
+        assert!((a - b).abs() < 1e-7, "{k}: {a} {b}");
+    }
+    #[cfg(feature = "parallel")]
+    for threads in [1, 2, 5] {
+        let sweep = sweep().with(|run| run.until(0.8)).threads(threads);
+        assert_eq!(ends, sweep.ends(angle, |model, end| [end.theta2() * model.m1]).unwrap());
+    }
+}
+
+#[test]
+fn a_sweep_of_ends_reports_what_is_wrong_with_it() {
+    let (model, start) = pendulum();
+    let without_end = model.sweep(start).over("theta1", [0.1]).ends(["t"], |_, end| [end.t()]).unwrap();
+    let failure = without_end.results[0].as_ref().unwrap_err();
+    assert!(failure.message.contains(".until("), "{failure}");
+    let failed = model.sweep(start).over("m1", [1.0, 0.0, 2.0]).with(|run| run.until(0.1));
+    let failed = failed.ends(["t"], |_, end| [end.t()]).unwrap();
+    assert_eq!(failed.failures().map(|(k, _)| k).collect::<Vec<_>>(), [1]);
+}
