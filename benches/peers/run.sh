@@ -143,7 +143,8 @@ evaluation() {
 ensembles() {
     have heyoka numpy || { skip ensembles "heyoka or NumPy cannot be installed for python3 here"; return; }
     local ours=(cargo bench --quiet --manifest-path "$here/../../Cargo.toml" -p dynamics-benches --bench ensembles)
-    ours+=(--target-dir "$work/ours" -- double)
+    # A default build: the vectors are chosen at run time.
+    ours+=(--target-dir "$work/plain" -- double)
     {
         ENSEMBLES_TO="$work" "${prefix[@]}" "${ours[@]}"
         "${prefix[@]}" "$python" "$here/python/run_heyoka_batch.py" "$work/double_pendulums.csv"

@@ -22,7 +22,7 @@ use crate::lanes::{Lanes, Task, Wide as _, in_fused_lanes};
 use crate::model::{LaneEvaluation, ModelState, OwnValues, SimulationModel, StaticTraits, WideOf};
 use crate::simulate::SimulationError;
 use crate::simulate::simulation::Simulation;
-use crate::simulate::simulation::side_by_side::{LanePlan, WatchedEvent};
+use crate::simulate::simulation::side_by_side::{LanePlan, WatchedEvents};
 
 /// The ends of simulations of one model, in their order: many starts, many values of parameters, random
 /// samples. Where the model has no constraints and no choices, as many run side by side as the vectors of the
@@ -113,7 +113,7 @@ struct Run<'m, M: SimulationModel> {
     simulation: Simulation<'m, M>,
     constants: M::Constants,
     /// The events that act.
-    events: Vec<WatchedEvent>,
+    events: WatchedEvents,
 }
 
 impl<'m, M: SimulationModel, L: Lanes> Runs<'m, M, L> {

@@ -24,16 +24,29 @@ pub(crate) struct LanePlan<M: SimulationModel> {
     pub(crate) end: f64,
     /// Size of the first step.
     pub(crate) first: f64,
-    pub(crate) events: Vec<WatchedEvent>,
+    pub(crate) events: WatchedEvents,
 }
 
-/// An event that acts.
-#[derive(Clone, Copy)]
-pub(crate) struct WatchedEvent {
+/// The events that act on a run.
+pub(crate) struct WatchedEvents {
+    events: Vec<WatchedEvent>,
+    /// Memory for the values of all events of the model.
+    of_model: Vec<f64>,
+}
+
+impl WatchedEvents {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.events.is_empty()
+    }
+}
+
+/// An event that acts, with its values in a step.
+struct WatchedEvent {
     /// Events of the model come first, then those of the simulation.
     index: usize,
-    /// Its value where the motion stands.
-    value: f64,
+    start: f64,
+    middle: f64,
+    end: f64,
 }
 
 impl<'m, M: SimulationModel> Simulation<'m, M> {
@@ -104,42 +117,51 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
 
     /// The events that act, with their values at the start; `None` where a name is unknown, or where a value
     /// is zero or does not exist.
-    fn watched_events(&self) -> Option<Vec<WatchedEvent>> {
+    fn watched_events(&self) -> Option<WatchedEvents> {
         let mut events = Vec::with_capacity(self.actions.len());
         for (name, ..) in &self.actions {
             let own = M::EVENTS.iter().position(|event| event.name == name);
             let added = || Some(M::EVENTS.len() + self.added_events.iter().position(|e| e.name == *name)?);
-            events.push(WatchedEvent { index: own.or_else(added)?, value: 0.0 });
+            let index = own.or_else(added)?;
+            events.push(WatchedEvent { index, start: 0.0, middle: 0.0, end: 0.0 });
         }
-        let is_crossed = |event: &WatchedEvent| event.value == 0.0;
-        (self.evaluate(&mut events, &self.start) && !events.iter().any(is_crossed)).then_some(events)
+        let mut watched = WatchedEvents { events, of_model: vec![0.0; M::EVENTS.len()] };
+        let is_crossed = |event: &WatchedEvent| event.end == 0.0;
+        let has_values = self.evaluate(&mut watched, &self.start, |event| &mut event.end);
+        (has_values && !watched.events.iter().any(is_crossed)).then_some(watched)
     }
 
     /// Evaluates events at a state. False where one has no value.
-    fn evaluate(&self, events: &mut [WatchedEvent], state: &M::State) -> bool {
-        let mut own = vec![0.0; M::EVENTS.len()];
-        if events.iter().any(|event| event.index < own.len()) && self.model.events(state, &mut own).is_err() {
+    fn evaluate(
+        &self,
+        WatchedEvents { events, of_model }: &mut WatchedEvents,
+        state: &M::State,
+        place: impl Fn(&mut WatchedEvent) -> &mut f64,
+    ) -> bool {
+        let is_of_model = |event: &WatchedEvent| event.index < M::EVENTS.len();
+        if events.iter().any(is_of_model) && self.model.events(state, of_model).is_err() {
             return false;
         }
-        for event in events.iter_mut() {
-            event.value = match own.get(event.index) {
+        let mut has_values = true;
+        for event in events {
+            let value = match of_model.get(event.index) {
                 Some(value) => *value,
-                None => (self.added_events[event.index - own.len()].function)(state),
+                None => (self.added_events[event.index - M::EVENTS.len()].function)(state),
             };
+            has_values &= !value.is_nan();
+            *place(event) = value;
         }
-        events.iter().all(|event| !event.value.is_nan())
+        has_values
     }
 
     /// Whether an event may have acted in a step: its function has changed its sign between the ends and the
-    /// middle, comes near zero, or has no value. Updates the values to those at the end.
-    pub(crate) fn may_act(&self, events: &mut [WatchedEvent], from: &M::State, to: &M::State) -> bool {
-        let mut middle = events.to_vec();
-        let before = events.to_vec();
-        if !self.evaluate(&mut middle, &self.middle(from, to)) || !self.evaluate(events, to) {
-            return true;
-        }
-        let values = before.iter().zip(&middle).zip(events.iter());
-        values.into_iter().any(|((a, b), c)| comes_near_zero([a.value, b.value, c.value]))
+    /// middle, comes near zero, or has no value.
+    pub(crate) fn may_act(&self, watched: &mut WatchedEvents, from: &M::State, to: &M::State) -> bool {
+        watched.events.iter_mut().for_each(|event| event.start = event.end);
+        let has_values = self.evaluate(watched, &self.middle(from, to), |event| &mut event.middle)
+            && self.evaluate(watched, to, |event| &mut event.end);
+        !has_values
+            || watched.events.iter().any(|event| comes_near_zero([event.start, event.middle, event.end]))
     }
 
     /// The state in the middle of a step, by the cubic through q and q̇ at its ends.
