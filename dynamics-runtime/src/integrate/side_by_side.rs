@@ -10,6 +10,10 @@
 //! * A motion that needs more than this (too many steps or rejections, steps that stability bounds, no
 //!   resolved step) is [`Attempt::unusual`]: it is to be run alone, by a stepper that reports what happens.
 
+use alloc::vec;
+use alloc::vec::Vec;
+use core::marker::PhantomData;
+
 use crate::integrate::explicit::verner9_table::*;
 use crate::integrate::phase::{Phase, Stages};
 use crate::integrate::step::StepOptions;
@@ -158,14 +162,22 @@ impl<V: Vector, L: Lanes> SideBySide<V, L> {
         set(&mut self.beyond_stability, 0.0);
     }
 
-    /// Time and state of a motion.
-    pub(crate) fn now(&self, lane: usize) -> (f64, Phase<V>) {
-        (self.t.lane(lane), self.y.of(lane))
+    /// Where its last accepted step began.
+    fn from(&self, lane: usize) -> (f64, Phase<V>) {
+        (self.from.0.lane(lane), self.from.1.of(lane))
     }
 
-    /// Where its last accepted step began.
-    pub(crate) fn from(&self, lane: usize) -> (f64, Phase<V>) {
-        (self.from.0.lane(lane), self.from.1.of(lane))
+    /// Writes where all motions stand and where their last accepted steps began.
+    #[inline(always)]
+    pub(crate) fn write(&self, to: &mut Positions<V, L>) {
+        let mut places = to.numbers.chunks_exact_mut(L::COUNT);
+        for (t, y) in [(&self.t, &self.y), (&self.from.0, &self.from.1)] {
+            for x in [core::slice::from_ref(t), y.q.as_slice(), y.u.as_slice()].into_iter().flatten() {
+                if let Some(place) = places.next() {
+                    x.store(place);
+                }
+            }
+        }
     }
 
     /// One attempt at a step of every motion.
@@ -240,6 +252,38 @@ impl<V: Vector, L: Lanes> SideBySide<V, L> {
         let border = L::splat(STABILITY_BORDER * STABILITY_BORDER);
         let squared = h * h;
         (border * u).less(squared * a) & (border * border * q).less(squared * squared * a)
+    }
+}
+
+/// Times and states of all motions, as numbers.
+pub(crate) struct Positions<V, L> {
+    /// Those of one element in all lanes stand together: t, q and u now, then those of the last step's start.
+    numbers: Vec<f64>,
+    of: PhantomData<(V, L)>,
+}
+
+impl<V: Vector, L: Lanes> Positions<V, L> {
+    pub(crate) fn new() -> Self {
+        Self { numbers: vec![0.0; 2 * (1 + 2 * V::LEN) * L::COUNT], of: PhantomData }
+    }
+
+    /// Where a motion stands.
+    pub(crate) fn now(&self, lane: usize) -> (f64, Phase<V>) {
+        self.place(lane, 0)
+    }
+
+    /// Where its last accepted step began.
+    pub(crate) fn from(&self, lane: usize) -> (f64, Phase<V>) {
+        self.place(lane, 1 + 2 * V::LEN)
+    }
+
+    fn place(&self, lane: usize, first: usize) -> (f64, Phase<V>) {
+        let at = |element: usize| self.numbers[(first + element) * L::COUNT + lane];
+        let mut y = Phase::<V>::zeros();
+        for i in 0..V::LEN {
+            (y.q[i], y.u[i]) = (at(1 + i), at(1 + V::LEN + i));
+        }
+        (at(0), y)
     }
 }
 
@@ -349,7 +393,9 @@ mod tests {
                 let Some(index) = *run else { continue };
                 assert_eq!(unusual >> lane & 1, 0, "{index}");
                 if ended >> lane & 1 == 1 {
-                    let (t, Phase { q, u }) = stepper.now(lane);
+                    let mut places = Positions::new();
+                    stepper.write(&mut places);
+                    let (t, Phase { q, u }) = places.now(lane);
                     ends[index] = [t, q[0], q[1], u[0], u[1]].map(f64::to_bits);
                     *run = None;
                     stepper.rest(lane);
@@ -385,7 +431,9 @@ mod tests {
             let y = Phase { q: V::new(1.0, 0.0), u: V::new(0.0, velocity) };
             stepper.enter(0, &Entry { t: 0.0, y: &y, end: 10.0, h: 1e-3, options: &options, max_steps });
             let unusual = (1..10_000).find(|_| stepper.attempt(&mut Force(factor)).unusual == 1);
-            (unusual, stepper.now(0).0)
+            let mut places = Positions::new();
+            stepper.write(&mut places);
+            (unusual, places.now(0).0)
         };
         let (no_value, t) = attempts(f64::NAN, 0.0, 1e4);
         assert!(no_value.is_some_and(|attempts| attempts < 20) && t == 0.0, "{no_value:?} {t}");

@@ -17,7 +17,7 @@ use alloc::vec::Vec;
 
 use crate::integrate::Phase;
 use crate::integrate::Stages;
-use crate::integrate::side_by_side::{AccelerationsSideBySide, Attempt, Entry, SideBySide};
+use crate::integrate::side_by_side::{AccelerationsSideBySide, Attempt, Entry, Positions, SideBySide};
 use crate::lanes::{Lanes, Task, Wide as _, in_fused_lanes};
 use crate::model::{LaneEvaluation, ModelState, OwnValues, SimulationModel, StaticTraits, WideOf};
 use crate::simulate::SimulationError;
@@ -103,6 +103,8 @@ struct Runs<'m, M: SimulationModel, L: Lanes> {
     watched: u32,
     /// What the accelerations read of each model.
     values: Vec<L>,
+    /// Where the runs stand after the last attempt that was looked at.
+    places: Positions<M::Vector, L>,
     /// One of the models, with its constants and a state, for the code that reads the values instead.
     any: Option<(&'m M, M::Constants, M::State)>,
 }
@@ -119,7 +121,8 @@ struct Run<'m, M: SimulationModel> {
 impl<'m, M: SimulationModel, L: Lanes> Runs<'m, M, L> {
     fn new() -> Self {
         let lanes = (0..L::COUNT).map(|_| None).collect();
-        Self { lanes, occupied: 0, watched: 0, values: vec![L::zero(); M::LANE_VALUES], any: None }
+        let values = vec![L::zero(); M::LANE_VALUES];
+        Self { lanes, occupied: 0, watched: 0, values, places: Positions::new(), any: None }
     }
 
     fn is_empty(&self) -> bool {
@@ -137,7 +140,8 @@ impl<'m, M: SimulationModel, L: Lanes> Runs<'m, M, L> {
         for lane in 0..L::COUNT {
             self.begin(stepper, lane, queue);
             if self.lanes[lane].is_none() && lane > 0 {
-                let (t, y) = stepper.now(0);
+                stepper.write(&mut self.places);
+                let (t, y) = self.places.now(0);
                 self.values.iter_mut().for_each(|value| *value = value.with_lane(lane, value.lane(0)));
                 stepper.rest_at(lane, t, &y);
             }
@@ -191,6 +195,7 @@ impl<'m, M: SimulationModel, L: Lanes> Runs<'m, M, L> {
         let Attempt { accepted, ended, unusual } = attempt;
         let rare = self.occupied & (ended | unusual | accepted & self.watched);
         if rare != 0 {
+            stepper.write(&mut self.places);
             self.look_at(stepper, rare, attempt, queue);
         }
     }
@@ -206,13 +211,13 @@ impl<'m, M: SimulationModel, L: Lanes> Runs<'m, M, L> {
         for lane in (0..L::COUNT).filter(|lane| lanes >> lane & 1 == 1) {
             let is = |bits: u32| bits >> lane & 1 == 1;
             let Some(run) = &mut self.lanes[lane] else { continue };
-            let (t, y) = stepper.now(lane);
+            let (t, y) = self.places.now(lane);
             let state = run.simulation.state_at(t, &y);
             // Where it goes on alone, if it does.
             let from = if is(unusual) {
                 Some(*run.simulation.start())
             } else if is(accepted & self.watched) {
-                let (t, y) = stepper.from(lane);
+                let (t, y) = self.places.from(lane);
                 let from = run.simulation.state_at(t, &y);
                 run.simulation.may_act(&mut run.events, &from, &state).then_some(from)
             } else {
