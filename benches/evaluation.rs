@@ -2,6 +2,10 @@
 //! results in units of rounding. `cargo bench -p dynamics-benches --bench evaluation`; with
 //! `RUSTFLAGS="-C target-cpu=native"` what the machine at hand can do.
 //!
+//! Every candidate is called through the same opaque pointer at states that the compiler cannot see.
+//! Throughput is the time per call where calls do not wait for each other; latency that of a chain in which
+//! each waits for the one before, as in most integrators.
+//!
 //! The machine decides the nanoseconds; the ratios inside one run are what can be compared. Other people's
 //! work disturbs one way only, so that the quickest of many passes counts, taken in turn with those of the
 //! other candidates.
@@ -23,7 +27,7 @@ mod real;
 mod states;
 
 use std::hint::black_box;
-use std::sync::OnceLock;
+use std::sync::LazyLock;
 use std::time::Instant;
 
 use dynamics::model::{ModelState, Vector};
@@ -36,90 +40,113 @@ use states::{states, states_near};
 /// Timed passes of each candidate.
 const ROUNDS: usize = 300;
 /// Nanoseconds of a pass, about.
-const PASS: f64 = 0.5e6;
+const PASS: f64 = 0.2e6;
 
-/// A state as (q, u).
-type Place<const N: usize> = ([f64; N], [f64; N]);
+/// A state as [q, u].
+pub(crate) type Place<const N: usize> = [[f64; N]; 2];
 
-/// Writes the accelerations at all states, one after the other as an integrator asks for them: each is a
-/// black box, or two would be evaluated side by side.
-type Evaluate<const N: usize> = Box<dyn Fn(&mut [[f64; N]])>;
+/// What every candidate is, ours and others': reads a state and writes q̈. In C,
+/// `void function(const double *state, double *accelerations)`. It is called through a pointer that the
+/// compiler cannot see through, so nobody's code is inlined into the loop that times it.
+pub(crate) type Function<const N: usize> = extern "C" fn(&Place<N>, &mut [f64; N]);
 
 /// One way to evaluate accelerations.
-struct Candidate<const N: usize> {
-    name: &'static str,
-    evaluate: Evaluate<N>,
-}
-
-/// Reads q and u and writes q̈.
-pub(crate) type Run = dyn Fn(&[f64], &[f64], &mut [f64]);
-
-/// Somebody else's accelerations of a model.
-pub(crate) struct Other {
+pub(crate) struct Candidate<const N: usize> {
     pub(crate) name: &'static str,
-    pub(crate) run: Box<Run>,
+    pub(crate) function: Function<N>,
 }
 
-/// Gives those of a model, where `benches/peers/evaluation` has set it.
-pub(crate) static OTHERS: OnceLock<fn(&str) -> Vec<Other>> = OnceLock::new();
+/// Somebody else's accelerations of models, where `benches/peers/evaluation` has them.
+pub(crate) trait Others {
+    fn of_model<const N: usize>(model: &str) -> Vec<Candidate<N>>;
+}
 
-/// The others of a model as candidates.
-fn others<const N: usize>(model: &str, places: &[Place<N>]) -> Vec<Candidate<N>> {
-    let known = OTHERS.get().map_or_else(Vec::new, |others| others(model));
-    let candidate = |Other { name, run }: Other| {
-        let places = places.to_vec();
-        Candidate {
-            name,
-            evaluate: Box::new(move |results: &mut [[f64; N]]| {
-                for ((q, u), result) in places.iter().map(black_box).zip(results) {
-                    run(q, u, result);
+/// Nobody else's.
+pub(crate) struct Nobody;
+
+impl Others for Nobody {
+    fn of_model<const N: usize>(_: &str) -> Vec<Candidate<N>> {
+        Vec::new()
+    }
+}
+
+/// What a pass measures.
+#[derive(Clone, Copy)]
+enum Pass {
+    /// All states one after the other, none of which depends on the results of another.
+    Throughput,
+    /// A chain: zero times the last accelerations is added to each state, so that it cannot begin before
+    /// they are known.
+    Latency,
+}
+
+/// Nanoseconds per call.
+fn once<const N: usize>(function: Function<N>, places: &[Place<N>], pass: Pass, passes: usize) -> f64 {
+    let (function, zero) = (black_box(function), black_box(0.0));
+    let mut results = vec![[0.0; N]; places.len()];
+    let mut last = [0.0; N];
+    let start = Instant::now();
+    for _ in 0..passes {
+        match pass {
+            Pass::Throughput => {
+                for (place, result) in places.iter().zip(&mut results) {
+                    function(place, result);
                 }
-            }),
+                black_box(&mut results);
+            }
+            Pass::Latency => {
+                for [q, u] in places {
+                    let next = [q, u].map(|x| std::array::from_fn(|i| x[i] + zero * last[i]));
+                    function(&next, &mut last);
+                }
+            }
         }
-    };
-    known.into_iter().map(candidate).collect()
+    }
+    black_box(last);
+    start.elapsed().as_secs_f64() * 1e9 / (passes * places.len()) as f64
 }
 
 /// Times the candidates and prints them beside each other; `exact` gives what is right, with 31 digits.
-fn compare<const N: usize>(
+fn compare<O: Others, const N: usize>(
     model: &str,
     places: &[Place<N>],
     exact: &[[f64; N]],
     candidates: impl Into<Vec<Candidate<N>>>,
 ) {
     let mut candidates = candidates.into();
-    candidates.extend(others(model, places));
-    let mut results = vec![vec![[0.0; N]; exact.len()]; candidates.len()];
-    let once = |index: usize, result: &mut Vec<[f64; N]>, passes: usize| {
-        let start = Instant::now();
-        for _ in 0..passes {
-            (candidates[index].evaluate)(black_box(result));
-        }
-        start.elapsed().as_secs_f64() * 1e9 / (passes * exact.len()) as f64
-    };
-    let mut best = vec![f64::INFINITY; candidates.len()];
-    let passes: Vec<usize> = (0..candidates.len())
-        .map(|index| {
-            let warm = once(index, &mut results[index], 20);
-            ((PASS / (warm * exact.len() as f64)) as usize).max(1)
+    candidates.extend(O::of_model(model));
+    let kinds = [Pass::Throughput, Pass::Latency];
+    let passes: Vec<[usize; 2]> = candidates
+        .iter()
+        .map(|candidate| {
+            kinds.map(|kind| {
+                let warm = once(candidate.function, places, kind, 20);
+                ((PASS / (warm * places.len() as f64)) as usize).max(1)
+            })
         })
         .collect();
+    let mut best = vec![[f64::INFINITY; 2]; candidates.len()];
     for _ in 0..ROUNDS {
-        for index in 0..candidates.len() {
-            best[index] = best[index].min(once(index, &mut results[index], passes[index]));
+        for ((candidate, passes), best) in candidates.iter().zip(&passes).zip(&mut best) {
+            for ((kind, passes), best) in kinds.into_iter().zip(passes).zip(best) {
+                *best = best.min(once(candidate.function, places, kind, *passes));
+            }
         }
     }
-    for (index, candidate) in candidates.iter().enumerate() {
-        let (ratio, [error, worst]) = (best[index] / best[0], errors(&results[index], exact));
+    for (candidate, [throughput, latency]) in candidates.iter().zip(&best) {
+        let mut results = vec![[0.0; N]; places.len()];
+        places.iter().zip(&mut results).for_each(|(place, result)| (candidate.function)(place, result));
+        let (ratios, [error, worst]) =
+            ([throughput / best[0][0], latency / best[0][1]], errors(&results, exact));
         println!(
-            "{model:<16} {:<30} {:>8.1} ns {ratio:>6.2} {error:>6.1} {worst:>8.1}",
-            candidate.name, best[index]
+            "{model:<16} {:<30} {throughput:>8.1} {:>6.2} {latency:>8.1} {:>6.2} {error:>7.1} {worst:>8.1}",
+            candidate.name, ratios[0], ratios[1]
         );
     }
 }
 
-/// The largest difference at each state, in units of 2⁻⁵² of the state's largest acceleration: their median,
-/// and the largest. NaN counts as large.
+/// The largest difference at each state, in units of 2⁻⁵² of the state's largest acceleration: their
+/// median, and the largest. NaN counts as large.
 fn errors<const N: usize>(results: &[[f64; N]], exact: &[[f64; N]]) -> [f64; 2] {
     let of_state = |(result, exact): (&[f64; N], &[f64; N])| {
         let scale = exact.iter().fold(0.0f64, |m, x| m.max(x.abs()));
@@ -133,42 +160,35 @@ fn errors<const N: usize>(results: &[[f64; N]], exact: &[[f64; N]]) -> [f64; 2] 
 
 /// A derived model as a candidate.
 macro_rules! derived {
-    ($name:literal, $model:expr, $states:expr) => {{
-        let (model, states) = ($model, $states);
-        let constants = model.constants().expect("a regular model");
-        Candidate {
-            name: $name,
-            evaluate: Box::new(move |results| {
-                for (state, result) in states.iter().zip(results) {
-                    *result = model
-                        .accelerations_with(&constants, black_box(state))
-                        .map_or([f64::NAN; _], Into::into);
-                }
-            }),
+    ($name:literal, $Model:ty, $n:literal, $model:expr) => {{
+        type Prepared = ($Model, <$Model as Dynamics>::Constants);
+        static PREPARED: LazyLock<Prepared> = LazyLock::new(|| {
+            let model = $model;
+            let constants = model.constants().expect("a regular model");
+            (model, constants)
+        });
+        extern "C" fn function(&[q, u]: &Place<$n>, result: &mut [f64; $n]) {
+            let (model, constants) = &*PREPARED;
+            let state = State::<$Model>::new(0.0, q.into(), u.into(), Default::default());
+            *result = model.accelerations_with(constants, &state).map_or([f64::NAN; $n], Into::into);
         }
+        Candidate { name: $name, function }
     }};
 }
 
 fn places<S: ModelState, const N: usize>(states: &[S]) -> Vec<Place<N>> {
     let array = |x: &S::Vector| Vector::as_slice(x).try_into().expect("N coordinates");
-    states.iter().map(|state| (array(state.q()), array(state.u()))).collect()
+    states.iter().map(|state| [array(state.q()), array(state.u())]).collect()
 }
 
-/// A hand-written function of (q, u) as a candidate.
-fn by_hand<T: Real + 'static, const N: usize>(
-    name: &'static str,
-    places: &[Place<N>],
-    function: impl Fn(&[T; N], &[T; N]) -> [T; N] + 'static,
-) -> Candidate<N> {
-    let places: Vec<([T; N], [T; N])> = places.iter().map(|(q, u)| (q.map(T::of), u.map(T::of))).collect();
-    Candidate {
-        name,
-        evaluate: Box::new(move |results| {
-            for ((q, u), result) in places.iter().map(black_box).zip(results) {
-                *result = function(q, u).map(Real::to_f64);
-            }
-        }),
-    }
+/// A hand-written function of q and u as a candidate.
+macro_rules! by_hand {
+    ($name:expr, $n:literal, $written:expr) => {{
+        extern "C" fn function([q, u]: &Place<$n>, result: &mut [f64; $n]) {
+            *result = $written(&q.map(Real::of), &u.map(Real::of)).map(Real::to_f64);
+        }
+        Candidate { name: $name, function }
+    }};
 }
 
 /// What is right.
@@ -176,69 +196,79 @@ fn exact<const N: usize>(
     places: &[Place<N>],
     function: impl Fn(&[Pair; N], &[Pair; N]) -> [Pair; N],
 ) -> Vec<[f64; N]> {
-    places.iter().map(|(q, u)| function(&q.map(Pair::of), &u.map(Pair::of)).map(Real::to_f64)).collect()
+    places.iter().map(|[q, u]| function(&q.map(Pair::of), &u.map(Pair::of)).map(Real::to_f64)).collect()
 }
 
-fn double_pendulum() {
-    let model = DoublePendulum { m1: 1.0, m2: 1.3, l1: 1.0, l2: 0.8, g: 9.81 };
-    let accurate = DoublePendulumAccurate { m1: 1.0, m2: 1.3, l1: 1.0, l2: 0.8, g: 9.81 };
-    let states_of = states::<State<DoublePendulum>, 2>();
-    let places = places(&states_of);
-    compare(
+fn double_pendulum<O: Others>() {
+    let places = places(&states::<State<DoublePendulum>, 2>());
+    compare::<O, _>(
         "double pendulum",
         &places,
         &exact(&places, by_hand::double_pendulum),
         [
-            derived!("derived", model, states_of),
-            derived!("derived, sin_cos = accurate", accurate, states::<State<DoublePendulumAccurate>, 2>()),
-            by_hand("closed form, inlined sines", &places, by_hand::double_pendulum::<Inlined>),
-            by_hand("closed form", &places, by_hand::double_pendulum::<Standard>),
+            derived!(
+                "derived",
+                DoublePendulum,
+                2,
+                DoublePendulum { m1: 1.0, m2: 1.3, l1: 1.0, l2: 0.8, g: 9.81 }
+            ),
+            derived!(
+                "derived, sin_cos = accurate",
+                DoublePendulumAccurate,
+                2,
+                DoublePendulumAccurate { m1: 1.0, m2: 1.3, l1: 1.0, l2: 0.8, g: 9.81 }
+            ),
+            by_hand!("closed form, inlined sines", 2, by_hand::double_pendulum::<Inlined>),
+            by_hand!("closed form", 2, by_hand::double_pendulum::<Standard>),
         ],
     );
 }
 
 /// A chain of links, with what else is a candidate.
 macro_rules! compare_chain {
-    ($model:ident, $links:literal, $n:literal, $name:literal $(, $accurate:ident)?) => {{
-        let (m, l) = (std::array::from_fn(by_hand::mass), std::array::from_fn(by_hand::length));
-        let states_of = states::<State<$model>, $n>();
-        let places = places(&states_of);
-        compare(
+    ($others:ident, $model:ident, $links:literal, $n:literal, $name:literal $(, $accurate:ident)?) => {{
+        macro_rules! chain {
+            ($Model:ident) => {
+                $Model {
+                    cart: 2.0,
+                    m: std::array::from_fn(by_hand::mass),
+                    l: std::array::from_fn(by_hand::length),
+                    g: 9.81,
+                }
+            };
+        }
+        let places = places(&states::<State<$model>, $n>());
+        compare::<$others, _>(
             $name,
             &places,
             &exact(&places, by_hand::chain_tensions::<Pair, $links, $n>),
             [
-                derived!("derived", $model { cart: 2.0, m, l, g: 9.81 }, states_of),
-                $(derived!(
-                    "derived, sin_cos = accurate",
-                    $accurate { cart: 2.0, m, l, g: 9.81 },
-                    states::<State<$accurate>, $n>()
-                ),)?
-                by_hand("rod tensions, inlined \
-                    sines", &places, by_hand::chain_tensions::<Inlined, $links, $n>),
-                by_hand("rod tensions", &places, by_hand::chain_tensions::<Standard, $links, $n>),
-                by_hand("dense LDLᵀ", &places, by_hand::chain_dense::<Standard, $links, $n>),
+                derived!("derived", $model, $n, chain!($model)),
+                $(derived!("derived, sin_cos = accurate", $accurate, $n, chain!($accurate)),)?
+                by_hand!(
+                    "rod tensions, inlined sines",
+                    $n,
+                    by_hand::chain_tensions::<Inlined, $links, $n>
+                ),
+                by_hand!("rod tensions", $n, by_hand::chain_tensions::<Standard, $links, $n>),
+                by_hand!("dense LDLᵀ", $n, by_hand::chain_dense::<Standard, $links, $n>),
             ],
         );
     }};
 }
 
-fn arm_of_seven_hinges() {
+fn arm_of_seven_hinges<O: Others>() {
     let states_of = states::<State<arm::Arm>, 7>();
     let at = places(&states_of);
-    compare(
+    compare::<O, _>(
         "arm",
         &at,
         &exact(&at, arm::in_the_world),
         [
-            derived!("derived", arm::arm(), states_of.clone()),
-            derived!(
-                "derived, sin_cos = accurate",
-                arm::arm_accurate(),
-                states::<State<arm::accurate::ArmAccurate>, 7>()
-            ),
-            by_hand("in the world, inlined sines", &at, arm::in_the_world::<Inlined>),
-            by_hand("in the world", &at, arm::in_the_world::<Standard>),
+            derived!("derived", arm::Arm, 7, arm::arm()),
+            derived!("derived, sin_cos = accurate", arm::accurate::ArmAccurate, 7, arm::arm_accurate()),
+            by_hand!("in the world, inlined sines", 7, arm::in_the_world::<Inlined>),
+            by_hand!("in the world", 7, arm::in_the_world::<Standard>),
         ],
     );
     arm_for_control(&states_of);
@@ -270,46 +300,53 @@ fn arm_for_control(states: &[State<arm::Arm>]) {
     });
 }
 
-fn mechanisms() {
+fn mechanisms<O: Others>() {
     let states_of = states_near::<State<loops::andrews::Andrews>, 7>(&loops::andrews::START, 0.05);
     let at = places(&states_of);
-    compare(
+    compare::<O, _>(
         "Andrews",
         &at,
         &exact(&at, loops::andrews_loops),
         [
-            derived!("derived", loops::andrews::PUBLISHED, states_of),
-            by_hand("loop by loop, inlined sines", &at, loops::andrews_loops::<Inlined>),
-            by_hand("loop by loop", &at, loops::andrews_loops::<Standard>),
-            by_hand("whole matrix, LU", &at, loops::andrews_whole),
+            derived!("derived", loops::andrews::Andrews, 7, loops::andrews::PUBLISHED),
+            by_hand!("loop by loop, inlined sines", 7, loops::andrews_loops::<Inlined>),
+            by_hand!("loop by loop", 7, loops::andrews_loops::<Standard>),
+            by_hand!("whole matrix, LU", 7, loops::andrews_whole),
         ],
     );
     let states_of = states_near::<State<loops::SliderCrank>, 3>(&loops::SLIDER_START, 0.3);
     let at = places(&states_of);
-    compare(
+    compare::<O, _>(
         "slider-crank",
         &at,
         &exact(&at, loops::slider_loops),
         [
-            derived!("derived", loops::slider_crank(), states_of),
-            by_hand("loop by loop, inlined sines", &at, loops::slider_loops::<Inlined>),
-            by_hand("loop by loop", &at, loops::slider_loops::<Standard>),
-            by_hand("whole matrix, LU", &at, loops::slider_whole),
+            derived!("derived", loops::SliderCrank, 3, loops::slider_crank()),
+            by_hand!("loop by loop, inlined sines", 3, loops::slider_loops::<Inlined>),
+            by_hand!("loop by loop", 3, loops::slider_loops::<Standard>),
+            by_hand!("whole matrix, LU", 3, loops::slider_whole),
         ],
     );
 }
 
-pub(crate) fn main() {
-    println!("errors at {} states, in eps of the largest acceleration there", states::STATES);
+/// All tables, with the others' accelerations among the candidates.
+pub(crate) fn tables<O: Others>() {
+    println!("nanoseconds per call; errors at {} states, in eps of the largest", states::STATES);
+    println!("acceleration there; ratios to the first line of each model");
     println!(
-        "{:<16} {:<30} {:>11} {:>6} {:>6} {:>8}",
-        "model", "accelerations", "time", "ratio", "median", "largest"
+        "{:<16} {:<30} {:>8} {:>6} {:>8} {:>6} {:>7} {:>8}",
+        "model", "accelerations", "through.", "ratio", "latency", "ratio", "median", "largest"
     );
-    double_pendulum();
-    compare_chain!(Chain5, 5, 6, "chain 5", Chain5Accurate);
-    compare_chain!(Chain10, 10, 11, "chain 10", Chain10Accurate);
-    compare_chain!(Chain20, 20, 21, "chain 20");
-    compare_chain!(Chain50, 50, 51, "chain 50");
-    arm_of_seven_hinges();
-    mechanisms();
+    double_pendulum::<O>();
+    compare_chain!(O, Chain5, 5, 6, "chain 5", Chain5Accurate);
+    compare_chain!(O, Chain10, 10, 11, "chain 10", Chain10Accurate);
+    compare_chain!(O, Chain20, 20, 21, "chain 20");
+    compare_chain!(O, Chain50, 50, 51, "chain 50");
+    arm_of_seven_hinges::<O>();
+    mechanisms::<O>();
+}
+
+#[allow(dead_code, reason = "`benches/peers/evaluation` has its own")]
+fn main() {
+    tables::<Nobody>();
 }

@@ -74,7 +74,7 @@ impl Session {
     ) -> Result<Study<'m, M>> {
         let tolerances = decades(self.quick, if self.quick { 12 } else { finest });
         let effort = if self.quick { Duration::ZERO } else { Duration::from_millis(100) };
-        let study = study.problem(name).tolerances(tolerances).effort(effort).run()?;
+        let study = study.problem(name).tolerances(tolerances).effort(effort).default_method().run()?;
         #[cfg(feature = "json")]
         let study =
             self.outside.iter().try_fold(study, |mut study, path| study.read_outside(path).map(|_| study))?;
@@ -121,6 +121,15 @@ const AS_ODE: [&str; 4] =
     ["DOP853, as ODE", "Verner 9(8), as ODE", "Taylor series, as ODE", "Gragg–Bulirsch–Stoer, as ODE"];
 const DP5: &str = "Dormand–Prince 5(4)";
 
+/// What the curve "default method" is: the method that a run chooses at each of these tolerances.
+fn print_default<M: Simulate>(model: &M, start: &M::State) -> Result<()> {
+    for tolerance in [1e-3, 1e-6, 1e-9, 1e-12] {
+        let motion = model.simulate(*start).until(start.t() + 1e-3).tolerance(tolerance).run()?;
+        println!("default method of {} at tolerance {tolerance:e}: {}", M::NAME, motion.method());
+    }
+    Ok(())
+}
+
 /// Explicit methods that choose their step.
 fn explicit<M: Simulate>() -> [methods::Any<M>; 4] {
     [methods::Dop853.into(), methods::DormandPrince5.into(), methods::Tsit5.into(), methods::Verner9.into()]
@@ -165,6 +174,7 @@ fn smooth(session: &mut Session) -> Result<()> {
     let start = model.state().theta1(1.5).theta2(1.0).build()?;
     let steps = if session.quick { 11..13 } else { 9..17 };
     let known = [-1.1686859741349935, -1.060871322324049, 2.716951800644156, -0.7111210975850546];
+    print_default(&model, &start)?;
     let study = model.work_precision(start).until(10.0).reference(end(&model, 10.0, known));
     let study = study.methods(explicit()).methods(series_and_columns()).methods([methods::Rk4.into()]);
     let study = session.study("double pendulum", 14, study.steps(steps.map(|k| 10.0 / f64::from(1 << k))))?;
@@ -180,6 +190,7 @@ fn smooth(session: &mut Session) -> Result<()> {
     let model = Kepler { mu: 1.0 };
     let start = model.state().x(0.1).y_rate(19f64.sqrt()).build()?;
     let known = [-1.2952662509874838, 0.4003938963792514, -0.6775390924708295, -0.12708381542784494];
+    print_default(&model, &start)?;
     let study =
         model.work_precision(start).until(20.0).reference(end(&model, 20.0, known)).methods(explicit());
     // What preserves structure does so with steps of one size, and that is what an eccentric orbit makes it
@@ -228,6 +239,7 @@ fn constrained(session: &mut Session) -> Result<()> {
         .omega(omega)
         .epsilon(epsilon);
     let start = start.build()?;
+    print_default(&model, &start)?;
     let study = model.work_precision(start).until(0.03).methods(explicit());
     // Radau IIA solves for q̈ and λ with Φ̈ = 0 and is projected.
     let study = study.methods(series_and_columns()).methods([methods::Radau5.into()]);
@@ -254,6 +266,7 @@ fn constrained(session: &mut Session) -> Result<()> {
 
     let model = car_axis::model();
     let start = car_axis::start(&model);
+    print_default(&model, &start)?;
     let study = model.work_precision(start).until(3.0).methods(explicit()).methods([methods::Radau5.into()]);
     let study = session.study("car axis", 13, study)?;
     digits(&study, 4.7e-3);
@@ -284,6 +297,7 @@ fn stiff(session: &mut Session) -> Result<()> {
     let model = StiffSpring { mass: 1.0, stiffness: 1e8, damping: 2e4, length: 1.0, g: 9.81 };
     let start = model.state().x(1.0).build()?;
     let known = [0.27509447648273956, -0.961417492433867, -4.175584765727931, -1.1947781965932027];
+    print_default(&model, &start)?;
     let study =
         model.work_precision(start).until(10.0).reference(end(&model, 10.0, known)).methods(explicit());
     let study = study.methods([methods::Radau5.into(), methods::Taylor::default().into()]);
@@ -295,6 +309,7 @@ fn stiff(session: &mut Session) -> Result<()> {
     let angle = std::f64::consts::FRAC_PI_6;
     let start = model.state().s(0.5).b([angle; 2]).psi_rate(std::f64::consts::TAU);
     let start = start.slider_rate(std::f64::consts::TAU).arm_rate([std::f64::consts::TAU; 2]).build()?;
+    print_default(&model, &start)?;
     let study = model.work_precision(start).until(1.0).methods(explicit()).methods([methods::Radau5.into()]);
     bound(&session.study("flyball governor", 13, few_digits(study, session.quick))?);
     Ok(())

@@ -112,8 +112,8 @@ ours() {
     "${prefix[@]}" "$work/ours/release/examples/work_precision"
 }
 
-# The table of single evaluations: CasADi's and Pinocchio's generated C, Pinocchio and MuJoCo at run time,
-# among the candidates of `benches/evaluation.rs`.
+# The table of single evaluations: CasADi's, SymPy's and Pinocchio's generated C, Pinocchio and MuJoCo at run
+# time, among the candidates of `benches/evaluation.rs`.
 evaluation() {
     command -v gcc >/dev/null || { skip "the table of evaluations" "there is no gcc"; return; }
     have casadi || { skip "the table of evaluations" "CasADi cannot be installed for python3 here"; return; }
@@ -122,6 +122,11 @@ evaluation() {
     mkdir -p "$to"
     site="$("$python" -c 'import casadi, os; print(os.path.dirname(os.path.dirname(casadi.__file__)))')"
     "$python" "$here/python/evaluation_c.py" "$to" >"$to/casadi.txt"
+    if have sympy; then
+        "$python" "$here/python/evaluation_sympy.py" "$to" >"$to/sympy.txt"
+    else
+        skip SymPy "it cannot be installed for python3 here"
+    fi
     pinocchio_c && further=({double_pendulum,chain_5,chain_10,chain_20,chain_50,arm}_aba_at_run_time)
     mujoco_c && further+=(arm_mujoco_forward arm_mujoco_parts)
     "$python" "$here/python/evaluation_table.py" "$to" "${further[@]}"
@@ -164,7 +169,7 @@ pinocchio_c() {
     # shellcheck disable=SC2086
     if ! g++ -O1 $flags "$here/pinocchio/generate.cpp" -o "$to/generate" -L"$root/lib" -lpinocchio_default \
         -L"$site/casadi" -lcasadi -Wl,-rpath,"$root/lib:$site/casadi" 2>"$to/pinocchio.log" ||
-        ! "$to/generate" "$to" double_pendulum chain:5 chain:10 chain:20 arm >"$to/pinocchio.txt" ||
+        ! "$to/generate" "$to" double_pendulum chain:5 chain:10 chain:20 chain:50 arm >"$to/pinocchio.txt" ||
         ! g++ -O3 -march=native -fPIC $flags -c "$here/pinocchio/run.cpp" -o "$to/run.o" \
             2>>"$to/pinocchio.log"; then
         skip Pinocchio "its headers cannot be compiled ($to/pinocchio.log)"

@@ -50,6 +50,18 @@ pub trait Lanes:
     /// self·b + c: with one rounding if [`Lanes::FUSED`], else with two.
     #[must_use]
     fn times_plus(self, b: Self, c: Self) -> Self;
+    /// self·b − c, rounded as [`Lanes::times_plus`].
+    #[inline(always)]
+    #[must_use]
+    fn times_minus(self, b: Self, c: Self) -> Self {
+        if Self::FUSED { self.times_plus(b, -c) } else { self * b - c }
+    }
+    /// self − a·b, rounded as [`Lanes::times_plus`].
+    #[inline(always)]
+    #[must_use]
+    fn minus_product(self, a: Self, b: Self) -> Self {
+        if Self::FUSED { (-a).times_plus(b, self) } else { self - a * b }
+    }
     /// self < other, lane by lane; false for NaN.
     fn less(self, other: Self) -> Self::Mask;
     /// self ≤ other, lane by lane; false for NaN.

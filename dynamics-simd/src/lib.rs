@@ -10,8 +10,8 @@
 //!
 //! **The same bits everywhere.** Every operation rounds each lane as `f64` does, in the same order. Products
 //! and sums are fused where the target of the *build* has an instruction for it ([`sin_cos::FUSED`]), not
-//! because the processor happens to have one. So the processor decides about the time alone. The exception is
-//! [`in_fused_lanes`].
+//! because the processor happens to have one. So the processor decides about the time alone, and results are
+//! deterministic for each target of the build. The exception is [`in_fused_lanes`].
 //!
 //! All `unsafe` code of the project is in `x86.rs`, whose head says why it is sound.
 // Unit tests run on a machine with the standard library, whatever the features.

@@ -1,5 +1,7 @@
 //! Elementary functions for generated code and time jets: the standard library's with `std`, `libm` without.
 
+use crate::lanes::Lanes;
+
 macro_rules! elementary {
     ($($name:ident / $libm:ident: $meaning:literal),* $(,)?) => {$(
         #[doc = $meaning]
@@ -21,15 +23,25 @@ elementary! {
     exp / exp: "eˣ.", ln / log: "Natural logarithm.", sqrt / sqrt: "√x.", cbrt / cbrt: "∛x.",
 }
 
-/// sum + a b: with one rounding where the target has an instruction for it, else with two.
+/// sum + a b: with one rounding where the target of the build has an instruction for it, else with two.
 #[inline(always)]
 #[must_use]
 pub fn add_product(sum: f64, a: f64, b: f64) -> f64 {
-    #[cfg(feature = "std")]
-    if crate::sin_cos::FUSED {
-        return a.mul_add(b, sum);
-    }
-    sum + a * b
+    a.times_plus(b, sum)
+}
+
+/// sum − a b, rounded as [`add_product`].
+#[inline(always)]
+#[must_use]
+pub fn sub_product(sum: f64, a: f64, b: f64) -> f64 {
+    sum.minus_product(a, b)
+}
+
+/// a b − term, rounded as [`add_product`].
+#[inline(always)]
+#[must_use]
+pub fn product_sub(a: f64, b: f64, term: f64) -> f64 {
+    a.times_minus(b, term)
 }
 
 /// (sin x, cos x).

@@ -39,20 +39,20 @@ static void load(void) {
     data = mj_makeData(model);
 }
 
-static void place(const double *q, const double *u) {
+static void place(const double *state) {
     if (!model) load();
-    memcpy(data->qpos, q, sizeof(double) * N);
-    memcpy(data->qvel, u, sizeof(double) * N);
+    memcpy(data->qpos, state, sizeof(double) * N);
+    memcpy(data->qvel, state + N, sizeof(double) * N);
 }
 
-void peer_arm_mujoco_forward(const double *q, const double *u, double *a) {
-    place(q, u);
+void peer_arm_mujoco_forward(const double *state, double *a) {
+    place(state);
     mj_forward(model, data);
     memcpy(a, data->qacc, sizeof(double) * N);
 }
 
-void peer_arm_mujoco_parts(const double *q, const double *u, double *a) {
-    place(q, u);
+void peer_arm_mujoco_parts(const double *state, double *a) {
+    place(state);
     mj_kinematics(model, data);
     mj_comPos(model, data);
     mj_crb(model, data);

@@ -36,8 +36,6 @@ inline pinocchio::Model built(const std::string &name) {
     }
     // Links hang down, and lean toward x where angles grow: about y turned round.
     place = SE3(Eigen::DiagonalMatrix<double, 3>(-1, -1, 1).toDenseMatrix(), Vector3d::Zero());
-    // Links hang down, and lean toward x where angles grow: about y turned round.
-    place = SE3(Eigen::DiagonalMatrix<double, 3>(-1, -1, 1).toDenseMatrix(), Vector3d::Zero());
     for (int i = 0; i < links; i++) {
         double m = cart ? mass_of(i) : i == 0 ? 1.0 : 1.3, l = cart ? length_of(i) : i == 0 ? 1.0 : 0.8;
         last = model.addJoint(last, JointModelRY(), place, "link" + std::to_string(i));

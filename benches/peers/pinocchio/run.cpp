@@ -28,9 +28,9 @@ struct Robot {
 } // namespace
 
 #define ROBOT(function, name)                                                                        \
-    extern "C" void peer_##function##_aba_at_run_time(const double *q, const double *u, double *a) { \
+    extern "C" void peer_##function##_aba_at_run_time(const double *state, double *a) {              \
         static Robot robot(name);                                                                    \
-        robot.run(q, u, a, pinocchio::Convention::WORLD);                                            \
+        robot.run(state, state + robot.model.nv, a, pinocchio::Convention::WORLD);                   \
     }
 ROBOT(double_pendulum, "double pendulum")
 ROBOT(chain_5, "chain:5")

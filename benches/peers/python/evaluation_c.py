@@ -13,31 +13,8 @@ import sys
 
 import casadi as ca
 
+from evaluation_models import CHAINS, chain, double_pendulum, slider_crank
 from problems import G, andrews, eliminated
-
-CHAINS = (5, 10, 20)
-
-
-def chain(links, q, u):
-    """T and V of a cart with links in absolute angles; the numbers of `by_hand.rs`."""
-    x, rise, fall = u[0], 0, 0
-    kinetic, potential = 0.5 * 2.0 * u[0] ** 2, 0
-    for i in range(links):
-        m, length = 1.0 + 0.1 * ((i + 1) % 7), 1.0 - 0.02 * ((i + 1) % 9)
-        s, c = ca.sin(q[i + 1]), ca.cos(q[i + 1])
-        x, rise, fall = x + length * c * u[i + 1], rise + length * s * u[i + 1], fall - length * c
-        kinetic, potential = kinetic + 0.5 * m * (x**2 + rise**2), potential + m * G * fall
-    return kinetic, potential, []
-
-
-def double_pendulum(q, u):
-    x, rise, fall, kinetic, potential = 0, 0, 0, 0, 0
-    for m, length, angle, rate in zip((1.0, 1.3), (1.0, 0.8), q, u):
-        s, c = ca.sin(angle), ca.cos(angle)
-        x, rise, fall = x + length * c * rate, rise + length * s * rate, fall - length * c
-        kinetic, potential = kinetic + 0.5 * m * (x**2 + rise**2), potential + m * G * fall
-    return kinetic, potential, []
-
 
 def arm(q, u):
     """Velocities in the axes of each link, from link to link; the numbers of `arm7.rs`."""
@@ -64,21 +41,9 @@ def arm(q, u):
     return kinetic, potential, []
 
 
-def slider_crank(q, u):
-    (theta, phi, _), (crank, rod) = q, (0.5, 1.2)
-    x = -crank * ca.sin(theta) * u[0] - 0.5 * rod * ca.sin(phi) * u[1]
-    y = crank * ca.cos(theta) * u[0] + 0.5 * rod * ca.cos(phi) * u[1]
-    kinetic = 0.5 * (crank**2 / 3) * u[0] ** 2 + 0.5 * 2.0 * u[2] ** 2
-    kinetic = kinetic + 0.5 * 1.5 * (x**2 + y**2) + 0.5 * (1.5 * rod**2 / 12) * u[1] ** 2
-    rows = [crank * ca.cos(theta) + rod * ca.cos(phi) - q[2], crank * ca.sin(theta) + rod * ca.sin(phi)]
-    height = crank * ca.sin(theta) + 0.5 * rod * ca.sin(phi)
-    potential = 1.0 * G * 0.5 * crank * ca.sin(theta) + 1.5 * G * height
-    return kinetic, potential, rows
-
-
 def accelerations(name, n, model):
     q, u = ca.SX.sym("q", n), ca.SX.sym("u", n)
-    kinetic, potential, rows = model(ca.vertsplit(q), ca.vertsplit(u))
+    kinetic, potential, rows = model(ca.vertsplit(q), ca.vertsplit(u), ca)
     momenta = ca.gradient(kinetic, u)
     mass = ca.jacobian(momenta, u)
     force = ca.gradient(kinetic - potential, q) - ca.jtimes(momenta, q, u)
@@ -99,10 +64,10 @@ def accelerations(name, n, model):
 def main(folder):
     os.makedirs(folder, exist_ok=True)
     os.chdir(folder)
-    models = [("double_pendulum", 2, double_pendulum), ("arm", 7, arm), ("slider_crank", 3, slider_crank)]
-    models.append(("andrews", 7, lambda q, u: andrews(q, u, ca)))
+    models = [("double_pendulum", 2, double_pendulum), ("slider_crank", 3, slider_crank), ("andrews", 7, andrews)]
+    models.append(("arm", 7, lambda q, u, _: arm(q, u)))
     for links in CHAINS:
-        models.append((f"chain_{links}", links + 1, lambda q, u, links=links: chain(links, q, u)))
+        models.append((f"chain_{links}", links + 1, lambda q, u, lib, links=links: chain(links, q, u, lib)))
     for name, n, model in models:
         function = accelerations(f"{name}_casadi", n, model)
         code = ca.CodeGenerator(f"{name}_casadi.c", {"with_header": False})

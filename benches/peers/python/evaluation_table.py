@@ -1,4 +1,4 @@
-"""Wraps what was generated into functions of (q, u, q̈), and lists them and others for
+"""Wraps what was generated into functions of a state (q, u) and q̈, and lists them and others for
 `benches/peers/evaluation`.
 
     evaluation_table.py FOLDER [FURTHER...]
@@ -14,6 +14,7 @@ import sys
 # In the order in which they are searched: the ends of names.
 KINDS = [
     ("_casadi", "CasADi, generated C"),
+    ("_sympy", "SymPy, generated C"),
     ("_aba_at_run_time", "Pinocchio, ABA at run time"),
     ("_aba", "Pinocchio's ABA, generated C"),
     ("_crba", "Pinocchio's CRBA, generated C"),
@@ -42,7 +43,8 @@ def wrapped(name, work):
     n = sizes.get(model) or int(model.split()[1]) + 1
     relative = kind.startswith("Pinocchio") and model != "arm"
     first = 0 if n == 2 else 1
-    lines = [f'#include "{name}.c"', f"void peer_{name}(const double *q, const double *u, double *a) {{"]
+    lines = [f'#include "{name}.c"', f"void peer_{name}(const double *q, double *a) {{"]
+    lines += [f"    const double *u = q + {n};"]
     if relative:
         lines += [f"    double at[{n}], rates[{n}];", f"    for (int i = 0; i < {n}; i++) {{"]
         own = f"at[i] = q[i] - (i > {first} ? q[i - 1] : 0.0)"
@@ -65,7 +67,7 @@ def main(folder, further):
                 file.write(wrapped(name, int(work)))
     names += further
     with open(os.path.join(folder, "table.c"), "w") as file:
-        file.write("typedef void function(const double *, const double *, double *);\n")
+        file.write("typedef void function(const double *, double *);\n")
         file.write("".join(f"function peer_{name};\n" for name in names))
         file.write("const struct { const char *model, *name; function *run; } PEERS[] = {\n")
         file.write("".join('    {"%s", "%s", peer_%s},\n' % (*described(name), name) for name in names))

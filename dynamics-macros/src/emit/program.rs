@@ -6,6 +6,7 @@
 //! [`OPERATIONS_OF_PART`] operations, which halves the compile time of large models for some run time, or,
 //! where runs do not ask for it at every step, made a table (`program/table.rs`).
 
+mod fused;
 mod operand;
 mod parts;
 mod table;
@@ -14,6 +15,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dynamics_symbolic::graph::{Graph, Node, NodeId};
 use dynamics_symbolic::schedule::{Program, Step};
+use fused::Fused;
 use proc_macro2::TokenStream;
 use quote::quote;
 
@@ -61,8 +63,8 @@ struct Printer<'a> {
     inline: BTreeSet<NodeId>,
     /// How deep the expression of such a value is nested.
     depths: BTreeMap<NodeId, usize>,
-    /// Factors of products that are written where they are read.
-    products: BTreeMap<NodeId, [String; 2]>,
+    /// Products that are written with the sums that read them.
+    fused: Fused,
     /// Locals used so far, for their numbers.
     locals: usize,
 }
@@ -78,7 +80,7 @@ impl<'a> Printer<'a> {
             values: BTreeMap::new(),
             inline: BTreeSet::new(),
             depths: BTreeMap::new(),
-            products: BTreeMap::new(),
+            fused: Fused::default(),
             locals: 0,
         }
     }
@@ -108,7 +110,7 @@ impl<'a> Printer<'a> {
         let mut needed = vec![wanted.clone(); blocks.len()];
         for i in (0..blocks.len() - 1).rev() {
             needed[i] = needed[i + 1].clone();
-            needed[i].extend(blocks[i + 1].iter().flat_map(|step| read(self.access.graph, step)));
+            needed[i].extend(blocks[i + 1].iter().flat_map(|step| self.fused.read(self.access.graph, step)));
         }
         blocks.iter().zip(&needed).map(|(block, needed)| self.block(block, needed)).collect()
     }
@@ -117,7 +119,7 @@ impl<'a> Printer<'a> {
     fn find_inline(&mut self, steps: &[Step], wanted: &BTreeSet<NodeId>) {
         let mut readers: BTreeMap<NodeId, (usize, usize)> = BTreeMap::new();
         for (i, step) in steps.iter().enumerate() {
-            for id in read(self.access.graph, step) {
+            for id in self.fused.read(self.access.graph, step) {
                 let (count, block) = readers.entry(id).or_default();
                 (*count, *block) = (*count + 1, i / STEPS_OF_BLOCK);
             }
@@ -196,12 +198,10 @@ impl<'a> Printer<'a> {
         match step {
             Step::Node(id) => {
                 let value = self.operation(*id);
-                let below = self.access.graph.node(*id).children().filter_map(|c| self.depths.get(&c)).max();
+                let read = self.fused.read(self.access.graph, step);
+                let below = read.iter().filter_map(|id| self.depths.get(id)).max();
                 let depth = below.map_or(1, |depth| depth + 1);
                 if depth <= MOST_NESTED && self.inline.contains(id) {
-                    if let (true, Node::Mul(a, b)) = (self.access.coefficients, self.access.graph.node(*id)) {
-                        self.products.insert(*id, [self.value(a), self.value(b)]);
-                    }
                     self.values.insert(*id, format!("({value})"));
                     self.depths.insert(*id, depth);
                     return String::new();

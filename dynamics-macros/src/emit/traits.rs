@@ -85,7 +85,19 @@ impl Emission<'_> {
 
     fn body<'b>(&'b self, constants: &'b [NodeId]) -> Body<'b> {
         let constraints = self.constrained().map(|_| (self.rows(), self.switched()));
-        Body { access: &self.access, surface: self.surface, constants, constraints, seldom: false }
+        Body {
+            access: &self.access,
+            surface: self.surface,
+            constants,
+            constraints,
+            seldom: false,
+            fuses: false,
+        }
+    }
+
+    /// Of programs that runs ask for at every step.
+    fn fusing<'b>(&'b self, constants: &'b [NodeId]) -> Body<'b> {
+        Body { fuses: true, ..self.body(constants) }
     }
 
     fn print(&self, program: &Program) -> Printed {
@@ -101,7 +113,14 @@ impl Emission<'_> {
     /// one take these in a model without constraints, too.
     fn solution_reader(&self) -> Body<'_> {
         let constraints = Some((self.rows(), self.switched()));
-        Body { access: &self.access, surface: self.surface, constants: &[], constraints, seldom: true }
+        Body {
+            access: &self.access,
+            surface: self.surface,
+            constants: &[],
+            constraints,
+            seldom: true,
+            fuses: false,
+        }
     }
 
     /// Whether a function of so many steps may be inlined. Each part into which the compiler divides a

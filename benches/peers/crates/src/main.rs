@@ -1,6 +1,8 @@
 //! ode_solvers, differential-equations and diffsol, with their default options but the tolerances; prints
 //! lines for `Study::add_outside`.
 
+mod andrews;
+
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
@@ -13,6 +15,8 @@ unsafe extern "C" {
 #[derive(Clone, Copy)]
 struct Problem<const N: usize> {
     name: &'static str,
+    /// What is said of the right-hand side beside the solver's name.
+    variant: &'static str,
     start: [f64; N],
     end: f64,
     right: fn(&[f64], &mut [f64]),
@@ -64,7 +68,7 @@ fn spring_along(y: &[f64], v: &[f64], d: &mut [f64]) {
 }
 
 #[cfg(andrews)]
-fn andrews(y: &[f64], d: &mut [f64]) {
+fn generated(y: &[f64], d: &mut [f64]) {
     assert!(y.len() == 14 && d.len() == 14);
     // SAFETY: both have the 14 elements that the generated function reads and writes.
     unsafe { peers_andrews(y.as_ptr(), d.as_mut_ptr()) }
@@ -78,7 +82,7 @@ fn measure<const N: usize>(
     run: impl Fn() -> Result<Vec<f64>, String>,
 ) {
     let (begun, mut times) = (Instant::now(), Vec::new());
-    print!("{{\"problem\":\"{}\",\"solver\":\"{solver}\",\"tolerance\":{tolerance:e}", p.name);
+    print!("{{\"problem\":\"{}\",\"solver\":\"{solver}{}\",\"tolerance\":{tolerance:e}", p.name, p.variant);
     while times.len() < 3 || (begun.elapsed() < Duration::from_millis(300) && times.len() < 101) {
         EVALUATIONS.set(0);
         let clock = Instant::now();
@@ -243,18 +247,29 @@ fn all<const N: usize>(p: &Problem<N>, stiff: bool) {
     }
 }
 
+fn andrews_by_hand(y: &[f64], d: &mut [f64]) {
+    let (q, u) = y.split_at(7);
+    d[..7].copy_from_slice(u);
+    let array = |x: &[f64]| x.try_into().expect("seven numbers");
+    d[7..].copy_from_slice(&andrews::accelerations(array(q), array(u)));
+}
+
 fn main() {
     let name = "double pendulum";
-    all(&Problem { name, start: [1.5, 1.0, 0.0, 0.0], end: 10.0, right: double_pendulum }, false);
+    all(
+        &Problem { name, variant: "", start: [1.5, 1.0, 0.0, 0.0], end: 10.0, right: double_pendulum },
+        false,
+    );
     let name = "Kepler e = 0.9";
-    all(&Problem { name, start: [0.1, 0.0, 0.0, 19f64.sqrt()], end: 20.0, right: kepler }, false);
+    all(
+        &Problem { name, variant: "", start: [0.1, 0.0, 0.0, 19f64.sqrt()], end: 20.0, right: kepler },
+        false,
+    );
     let name = "stiff spring pendulum";
-    all(&Problem { name, start: [1.0, 0.0, 0.0, 0.0], end: 10.0, right: spring }, true);
-    #[cfg(andrews)]
+    all(&Problem { name, variant: "", start: [1.0, 0.0, 0.0, 0.0], end: 10.0, right: spring }, true);
     mechanism();
 }
 
-#[cfg(andrews)]
 #[allow(clippy::excessive_precision, reason = "as published")]
 fn mechanism() {
     let mut start = [0.0; 14];

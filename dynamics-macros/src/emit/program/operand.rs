@@ -27,9 +27,8 @@ pub(in super::super) struct Access<'a> {
     functions: Vec<String>,
     /// Which operations are choices that a state can hold.
     pub(super) branches: Option<&'a BTreeMap<NodeId, Branch>>,
-    /// Whether it is for Taylor coefficients: sums of lanes come in blocks, and a sum with a product is
-    /// written as one operation, for targets that have it.
-    pub(super) coefficients: bool,
+    /// Whether it is for Taylor coefficients: sums of lanes come in blocks.
+    coefficients: bool,
     /// Whether values are those of several states side by side.
     pub(in super::super) lanes: bool,
     /// What several states may share or have each for itself, in the order of its first use: parameters,
@@ -175,15 +174,14 @@ impl Printer<'_> {
         }
         match self.access.graph.node(id) {
             Node::Number(_) | Node::Symbol(_) => self.access.leaf(id),
-            Node::Add(a, b) => match (self.products.get(&a), self.products.get(&b)) {
-                (_, Some([x, y])) => format!("__math::add_product({},{x},{y})", v(a)),
-                (Some([x, y]), None) => format!("__math::add_product({},{x},{y})", v(b)),
-                (None, None) => format!("{}+{}", v(a), v(b)),
+            Node::Add(a, b) => match self.fused_product(id) {
+                Some((product, [x, y])) => self.add_product(v(if product == a { b } else { a }), x, y),
+                None => format!("{}+{}", v(a), v(b)),
             },
-            Node::Sub(a, b) => match (self.products.get(&a), self.products.get(&b)) {
-                (_, Some([x, y])) => format!("__math::add_product({},-{x},{y})", v(a)),
-                (Some([x, y]), None) => format!("__math::add_product(-{},{x},{y})", v(b)),
-                (None, None) => format!("{}-{}", v(a), v(b)),
+            Node::Sub(a, b) => match self.fused_product(id) {
+                Some((product, [x, y])) if product == b => self.sub_product(v(a), x, y),
+                Some((_, [x, y])) => self.product_sub(x, y, v(b)),
+                None => format!("{}-{}", v(a), v(b)),
             },
             Node::Mul(a, b) => format!("{}*{}", v(a), v(b)),
             Node::Div(a, b) => format!("{}/{}", v(a), v(b)),
@@ -209,6 +207,40 @@ impl Printer<'_> {
             Node::Smooth { function, order, argument } => {
                 format!("__Smooth::derivatives(&{},{})[{order}]", self.access.function(function), v(argument))
             }
+        }
+    }
+
+    /// The product that is written with a sum or difference, and how its factors are read.
+    fn fused_product(&self, sum: NodeId) -> Option<(NodeId, [String; 2])> {
+        let product = self.fused.product(sum)?;
+        let Node::Mul(x, y) = self.access.graph.node(product) else { return None };
+        Some((product, [self.value(x), self.value(y)]))
+    }
+
+    /// sum + xy.
+    fn add_product(&self, sum: String, x: String, y: String) -> String {
+        if self.access.lanes {
+            format!("{x}.times_plus({y},{sum})")
+        } else {
+            format!("__math::add_product({sum},{x},{y})")
+        }
+    }
+
+    /// sum − xy.
+    fn sub_product(&self, sum: String, x: String, y: String) -> String {
+        if self.access.lanes {
+            format!("{sum}.minus_product({x},{y})")
+        } else {
+            format!("__math::sub_product({sum},{x},{y})")
+        }
+    }
+
+    /// xy − term.
+    fn product_sub(&self, x: String, y: String, term: String) -> String {
+        if self.access.lanes {
+            format!("{x}.times_minus({y},{term})")
+        } else {
+            format!("__math::product_sub({x},{y},{term})")
         }
     }
 

@@ -9,6 +9,7 @@ use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
 use super::super::{Surface, local};
+use super::fused::Fused;
 use super::{Access, MOST_UNSPLIT, OPERATIONS_OF_PART, Printer, all_steps, defined, read};
 
 /// A printed program.
@@ -35,20 +36,28 @@ pub(in super::super) struct Body<'a> {
     pub(in super::super) constraints: Option<(usize, usize)>,
     /// Whether few programs ask for it: what is long is a table.
     pub(in super::super) seldom: bool,
+    /// Whether products may be fused with the sums that read them. They are in what runs ask for at every
+    /// step. Elsewhere differences of equal products are exactly zero on every target.
+    pub(in super::super) fuses: bool,
 }
 
 impl Body<'_> {
     /// Prints the steps that `results` need.
     pub(in super::super) fn print(&self, program: &Program, steps: &[Step], results: &[NodeId]) -> Printed {
         let wanted: BTreeSet<NodeId> = results.iter().copied().collect();
+        let fused =
+            if self.fuses { Fused::of(self.access.graph, program, steps, &wanted) } else { Fused::default() };
+        let steps: Vec<Step> = steps.iter().copied().filter(|step| !fused.skips(step)).collect();
+        let steps = &steps[..];
         if steps.len() <= MOST_UNSPLIT {
             let mut printer = self.printer();
+            printer.fused = fused;
             let statements = printer.statements(steps, &wanted);
             let results = results.iter().map(|id| printer.result(*id)).collect();
             return Printed { functions: TokenStream::new(), statements, results };
         }
         let table = if self.seldom { self.tabulate(steps, results) } else { None };
-        table.unwrap_or_else(|| self.print_parts(program, steps, results, &wanted))
+        table.unwrap_or_else(|| self.print_parts(program, steps, results, &wanted, &fused))
     }
 
     /// A program without staging.
@@ -95,6 +104,7 @@ impl Body<'_> {
         steps: &[Step],
         results: &[NodeId],
         wanted: &BTreeSet<NodeId>,
+        fused: &Fused,
     ) -> Printed {
         let graph = self.access.graph;
         let parts: Vec<&[Step]> = steps.chunks(OPERATIONS_OF_PART).collect();
@@ -102,7 +112,7 @@ impl Body<'_> {
         let mut needs = vec![BTreeSet::new(); parts.len()];
         for i in (0..parts.len()).rev() {
             needs[i] = needed.clone();
-            needed.extend(parts[i].iter().flat_map(|step| read(graph, step)));
+            needed.extend(parts[i].iter().flat_map(|step| fused.read(graph, step)));
         }
         let lasting: Vec<Vec<NodeId>> = parts
             .iter()
@@ -117,6 +127,7 @@ impl Body<'_> {
             (local("model"), local("t"), local("q"), local("u"), local("w"), local("k"), local("x"));
         for (i, (part, lasting)) in parts.iter().zip(lasting).enumerate() {
             let mut printer = self.printer();
+            printer.fused = fused.clone();
             place_array(&mut printer, &available);
             let body = printer.statements(part, &needs[i]);
             let writes = lasting.iter().enumerate().map(|(place, id)| {

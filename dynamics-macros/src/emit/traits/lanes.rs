@@ -39,7 +39,7 @@ impl Emission<'_> {
         };
         let wanted = [accelerations, &checked].concat();
         let access = Access::of_lanes(self.surface, self.compiled);
-        let body = Body { access: &access, ..self.body(&staged.constants) };
+        let body = Body { access: &access, ..self.fusing(&staged.constants) };
         let steps = body.steps_for(&program.body, &wanted);
         if steps.iter().any(|step| self.chooses_or_calls(step)) {
             return TokenStream::new();

@@ -124,7 +124,7 @@ impl Emission<'_> {
 
     /// A program of one order. The signature of parts never matters: it is one function.
     fn coefficients(&self, access: &Access<'_>, program: &Program) -> Printed {
-        Body { access, surface: self.surface, constants: &[], constraints: None, seldom: false }
+        Body { access, surface: self.surface, constants: &[], constraints: None, seldom: false, fuses: true }
             .whole(program)
     }
 

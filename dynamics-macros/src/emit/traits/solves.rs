@@ -379,7 +379,7 @@ impl Emission<'_> {
         wanted.extend(staged.moving.iter().flat_map(|(_, pivot, diagonal)| [*pivot, *diagonal]));
         wanted.extend(more);
         let Printed { functions, statements, results } =
-            self.body(&staged.constants).print(program, &program.body, &wanted);
+            self.fusing(&staged.constants).print(program, &program.body, &wanted);
         let (accelerations, rest) = results.split_at(self.degrees());
         let (moving, more) = rest.split_at(2 * staged.moving.len());
         let pivots: Vec<_> = staged

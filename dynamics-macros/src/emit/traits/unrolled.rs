@@ -35,7 +35,7 @@ impl Emission<'_> {
         let staged = self.staged();
         let paths = self.solutions(equations).into_iter().map(|Path { modes, unrolled, program, .. }| {
             let named = Program { name: format!("solve_{}", program.name), ..program.clone() };
-            let printed = self.body(&staged.constants).print(&named, &program.body, &program.results);
+            let printed = self.fusing(&staged.constants).print(&named, &program.body, &program.results);
             let (accelerations, rest) = printed.results.split_at(n);
             let (accelerations, multipliers) =
                 (self.vector(accelerations), self.vector(&rest[..self.rows()]));
@@ -58,7 +58,7 @@ impl Emission<'_> {
         let paths = self.solutions(equations).into_iter().map(|Path { modes, unrolled, program, .. }| {
             let (accelerations, rest) = program.results.split_at(n);
             let wanted: Vec<NodeId> = [accelerations, &rest[self.rows()..]].concat();
-            let printed = self.body(&staged.constants).needed(program, &program.body, &wanted);
+            let printed = self.fusing(&staged.constants).needed(program, &program.body, &wanted);
             let accelerations = self.vector(&printed.results[..n]);
             self.path(modes, &unrolled.guards, printed, &accelerations)
         });
