@@ -207,6 +207,8 @@ pub trait Dynamics: Model {
     /// Whether Q contains velocities: Coriolis terms of a mass matrix that moves, dampers, gyroscopic forces.
     /// True where that is not known.
     const VELOCITY_FORCES: bool = true;
+    /// Whether M depends on parameters alone. False where that is not known.
+    const CONSTANT_MASS: bool = false;
     /// Whether M, Q or the constraints contain time. True where that is not known.
     const EXPLICIT_TIME: bool = true;
     /// Rates of the momenta, ṗ = ∂L/∂q + applied forces, without constraints. `None` where there is no

@@ -284,25 +284,38 @@ fn worst_violation<M: Constraints>(
 /// Computed values leave rounding of that size.
 const ZERO_SIZE_TOLERANCE: f64 = 1e-10;
 
-/// Largest distance that a state with these coordinates or velocities may have from a row with this gradient.
-/// Sizes are those of the largest value of a unit, of angles at least `least_angle_size`.
+/// Largest distance that a state with these coordinates or velocities may have from a row with a gradient, as
+/// a function of that. Sizes are those of the largest value of a unit, of angles at least `least_angle_size`.
 fn violation_tolerance<M: Constraints>(
     model: &M,
     values: &[f64],
-    gradient: &[f64],
     (scale, least_angle_size): (ViolationScale, f64),
-) -> f64 {
-    if scale == ViolationScale::OnePlusLargest {
-        return CONSISTENT * one_plus_largest(values);
-    }
-    let of_unit = |quantity: &Quantity| {
+) -> impl Fn(&[f64]) -> f64 {
+    let own_sizes = sizes_by_unit::<M>(|quantity| model_size(model, quantity));
+    let sizes = sizes_by_unit::<M>(|quantity| {
         let largest = largest_with_unit::<M>(values, quantity.unit);
         if quantity.is_angle() { f64::max(largest, least_angle_size) } else { largest }
-    };
-    // A vanishing gradient has no direction.
-    let scale = row_size::<M>(gradient, of_unit).unwrap_or_else(|| one_plus_largest(values));
-    CONSISTENT * scale
-        + ZERO_SIZE_TOLERANCE * row_size::<M>(gradient, |quantity| model_size(model, quantity)).unwrap_or(1.0)
+    });
+    let one_plus_largest = one_plus_largest(values);
+    move |gradient| {
+        if scale == ViolationScale::OnePlusLargest {
+            return CONSISTENT * one_plus_largest;
+        }
+        // A vanishing gradient has no direction.
+        CONSISTENT * row_size(gradient, &sizes).unwrap_or(one_plus_largest)
+            + ZERO_SIZE_TOLERANCE * row_size(gradient, &own_sizes).unwrap_or(1.0)
+    }
+}
+
+/// The size of every coordinate, from sizes by unit, which are looked up once for each unit.
+fn sizes_by_unit<M: Constraints>(of_unit: impl Fn(&Quantity) -> f64) -> M::Vector {
+    let mut sizes = M::Vector::zeros();
+    for (i, coordinate) in M::COORDINATES.iter().enumerate() {
+        let is_same = |of: &&Quantity| of.unit == coordinate.unit && of.dimension == coordinate.dimension;
+        let known = M::COORDINATES[..i].iter().position(|of| is_same(&of));
+        sizes[i] = known.map_or_else(|| of_unit(coordinate), |known| sizes[known]);
+    }
+    sizes
 }
 
 /// The largest of the values whose coordinates have this unit.
@@ -311,22 +324,12 @@ fn largest_with_unit<M: Constraints>(values: &[f64], unit: &str) -> f64 {
     same.fold(0.0, |largest, (_, value)| f64::max(largest, value.abs()))
 }
 
-/// The size of what a row involves, Σ |gⱼ| sⱼ / ‖g‖, from sizes by unit. `None` where its gradient
-/// vanishes.
-fn row_size<M: Constraints>(gradient: &[f64], of_unit: impl Fn(&Quantity) -> f64) -> Option<f64> {
+/// The size of what a row involves, Σ |gⱼ| sⱼ / ‖g‖, from the sizes of the coordinates. `None` where
+/// its gradient vanishes.
+fn row_size<V: Vector>(gradient: &[f64], sizes: &V) -> Option<f64> {
     let steepness = norm(gradient);
-    let involved = M::COORDINATES.iter().zip(gradient).filter(|(_, g)| **g != 0.0);
-    // The coordinates of a row have one unit as a rule: its size is looked up once.
-    let mut last: Option<(&Quantity, f64)> = None;
-    let mut size = |coordinate: &'static Quantity| match last {
-        Some((of, size)) if of.unit == coordinate.unit && of.dimension == coordinate.dimension => size,
-        _ => {
-            let size = of_unit(coordinate);
-            last = Some((coordinate, size));
-            size
-        }
-    };
-    let sum: f64 = involved.map(|(coordinate, g)| g.abs() * size(coordinate)).sum();
+    let involved = gradient.iter().zip(sizes.as_slice()).filter(|(g, _)| **g != 0.0);
+    let sum: f64 = involved.map(|(g, size)| g.abs() * size).sum();
     (steepness > 0.0).then_some(sum / steepness)
 }
 
@@ -348,7 +351,7 @@ fn model_size<M: Constraints>(model: &M, quantity: &Quantity) -> f64 {
 pub(crate) fn size_along<M: Constraints>(model: &M, values: &[f64], gradient: &[f64]) -> f64 {
     let of_unit =
         |quantity: &Quantity| model_size(model, quantity) + largest_with_unit::<M>(values, quantity.unit);
-    row_size::<M>(gradient, of_unit).unwrap_or_else(|| one_plus_largest(values))
+    row_size(gradient, &sizes_by_unit::<M>(of_unit)).unwrap_or_else(|| one_plus_largest(values))
 }
 
 /// A lower bound of the [size](size_along) of every row.
@@ -376,8 +379,7 @@ fn check_positions<M: Constraints>(
     scale: ViolationScale,
 ) -> Result<(), StateError> {
     let values = model.residual(state);
-    let tolerance =
-        |gradient: &[f64]| violation_tolerance(model, state.q().as_slice(), gradient, (scale, 1.0));
+    let tolerance = violation_tolerance(model, state.q().as_slice(), (scale, 1.0));
     match worst_violation::<M>(
         state.active_set(),
         true,
@@ -402,10 +404,9 @@ fn check_velocities<M: Constraints>(
     let values = model.velocity_residual(state);
     // At rest, and in a rotation about a fixed point, there is no speed to compare with: the tolerance is
     // then that of the coordinates, per unit of time.
-    let tolerance = |gradient: &[f64]| {
-        let of_speed = violation_tolerance(model, state.u().as_slice(), gradient, (scale, 0.0));
-        of_speed.max(violation_tolerance(model, state.q().as_slice(), gradient, (scale, 1.0)))
-    };
+    let of_speed = violation_tolerance(model, state.u().as_slice(), (scale, 0.0));
+    let of_position = violation_tolerance(model, state.q().as_slice(), (scale, 1.0));
+    let tolerance = |gradient: &[f64]| of_speed(gradient).max(of_position(gradient));
     match worst_violation::<M>(
         state.active_set(),
         false,

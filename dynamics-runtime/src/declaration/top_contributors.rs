@@ -29,7 +29,8 @@ impl TopContributors {
         of: &'static [Quantity],
         shares: impl Iterator<Item = (usize, f64)> + Clone,
     ) -> Self {
-        Self::rank(of, &|see| shares.clone().for_each(|(i, share)| see(i, share.abs())))
+        // Of an infinite share no part would be smaller than it is; NaN stays NaN.
+        Self::rank(of, &|see| shares.clone().for_each(|(i, share)| see(i, share.abs().clamp(0.0, f64::MAX))))
     }
 
     /// [`TopContributors::ranked`] without generic parameters, so that it is compiled once.
@@ -146,5 +147,7 @@ mod tests {
         assert_eq!(many.to_string(), "`a`, `b`, `c`, `d`, `e`, `f` and 2 more");
         assert!(TopContributors::ranked(&OF, [(0, 0.0)].into_iter()).is_empty());
         assert!(TopContributors::ranked(&OF, [(0, f64::NAN)].into_iter()).is_empty());
+        let infinite = [f64::NAN, 1.0, f64::NEG_INFINITY, f64::INFINITY];
+        assert_eq!(TopContributors::ranked(&OF, infinite.into_iter().enumerate()).to_string(), "`c`, `d`");
     }
 }

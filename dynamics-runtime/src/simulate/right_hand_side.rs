@@ -139,29 +139,39 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
     #[inline(always)]
     pub(crate) fn state(&self, t: f64, q: &M::Vector, u: &M::Vector) -> M::State {
         let mut state = M::State::new(t, *q, *u, self.held_inputs);
+        self.complete(&mut state);
+        state
+    }
+
+    /// Gives a state its active set and inputs, in place: copying what was just written has to wait for it.
+    #[inline(always)]
+    fn complete(&self, state: &mut M::State) {
         *state.active_set_mut() = self.active_set;
-        with_inputs::<M>(self.law, state)
+        if let Some(law) = self.law {
+            let inputs = law(state.t(), state);
+            *state.inputs_mut() = inputs;
+        }
     }
 
     /// The state at which a stage is evaluated, projected where the stabilization projects stages.
     #[inline(always)]
     pub(crate) fn stage(&mut self, t: f64, y: &Phase<M::Vector>) -> Result<M::State, EvaluationError> {
-        let state = self.state(t, &y.q, &y.u);
-        if M::IS_UNCONSTRAINED || !self.stabilization.projects_stages() {
-            Ok(state)
-        } else {
-            self.projected_stage(state)
+        let mut state = self.state(t, &y.q, &y.u);
+        if !M::IS_UNCONSTRAINED && self.stabilization.projects_stages() {
+            self.project_stage(&mut state)?;
         }
+        Ok(state)
     }
 
     #[cold]
-    fn projected_stage(&mut self, mut state: M::State) -> Result<M::State, EvaluationError> {
-        self.move_on_held_branches(&mut state, |stabilization, model, state| {
+    fn project_stage(&mut self, state: &mut M::State) -> Result<(), EvaluationError> {
+        let project = |stabilization: &mut Stabilization<M>, model: &M, state: &mut M::State| {
             stabilization.project_stage(model, state)
-        })
-        .map_err(EvaluationError::Solve)?;
+        };
+        self.move_on_held_branches(state, project).map_err(EvaluationError::Solve)?;
         // The law reads the projected state.
-        Ok(with_inputs::<M>(self.law, state))
+        self.complete(state);
+        Ok(())
     }
 
     /// The state at the part `theta` of a step that was just made, projected where the step asks for it.
@@ -422,10 +432,10 @@ impl<M: Constraints> RightHandSide<'_, '_, M> {
         t: f64,
         y: &Phase<M::Vector>,
     ) -> Result<Phase<M::Vector>, EvaluationError> {
-        // In place: copying a large state costs a call.
-        let mut state = self.state(t, &y.q, &y.u);
+        let mut state = M::State::new(t, y.q, y.u, self.held_inputs);
+        self.complete(&mut state);
         if self.stabilization.projects_stages() {
-            state = self.projected_stage(state)?;
+            self.project_stage(&mut state)?;
         }
         self.notify_listener(&state);
         Ok(Phase { q: *state.u(), u: self.accelerations_of(&state)? })

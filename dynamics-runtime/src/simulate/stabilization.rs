@@ -35,7 +35,7 @@ pub(crate) use crate::simulate::stabilization::initial_consistency::ConsistencyE
 
 use crate::constrain::active_set::{active_rows, holds};
 use crate::constrain::assemble::{CONSISTENT, size_along};
-use crate::constrain::{self, Gradients, RankDiagnosis};
+use crate::constrain::{self, DiagnosedAccelerations, Gradients, RankDiagnosis};
 use crate::error::SolveError;
 use crate::integrate::{Phase, Tolerances, zip};
 use crate::linalg::max_abs;
@@ -199,9 +199,8 @@ impl<M: Constraints> Stabilization<M> {
     /// can be evaluated at once.
     #[inline(always)]
     pub(crate) fn adds_nothing(&self) -> bool {
-        let weighs_all_rows =
-            has_redundant_constraints::<M>() && self.formulation != Some(Formulation::Projected);
-        self.gains == (0.0, 0.0) && !weighs_all_rows && !self.has_tied_gains() && !self.projects_stages()
+        let is_plain = self.gains == (0.0, 0.0) && !self.weighs_all_rows();
+        is_plain && !self.has_tied_gains() && !self.projects_stages()
     }
 
     /// The part of a small change of a state that is tangent to the constraints. Projection leaves only this.
@@ -225,12 +224,10 @@ impl<M: Constraints> Stabilization<M> {
         change: &M::Vector,
         rows: usize,
     ) -> Result<M::Vector, SolveError> {
-        let jacobian = Gradients::of(model, state, &mut self.workspace).rows;
-        let mut rates = M::Rows::zeros();
-        let gradients = jacobian.chunks_exact(M::Vector::LEN).zip(rates.as_mut_slice()).enumerate();
-        for (row, (gradient, rate)) in gradients.take(rows) {
-            if holds::<M>(state.active_set(), row) {
-                *rate = gradient.iter().zip(change.as_slice()).map(|(a, b)| a * b).sum();
+        let mut rates = constrain::jacobian_product(model, state, change);
+        for (row, rate) in rates.as_mut_slice().iter_mut().enumerate() {
+            if row >= rows || !holds::<M>(state.active_set(), row) {
+                *rate = 0.0;
             }
         }
         constrain::correct(model, &self.constants, state, &rates, &mut self.workspace)
@@ -380,22 +377,12 @@ impl<M: Constraints> Stabilization<M> {
         constants: &M::Constants,
         state: &M::State,
     ) -> Result<M::Vector, SolveError> {
-        let workspace = &mut self.workspace;
-        // Stages of projected steps violate the constraints a little. Redundant rows then contradict each
-        // other and are better left out. Baumgarte's equations, with gains of 0 too, weigh all rows.
-        let weighs_all_rows =
-            has_redundant_constraints::<M>() && self.formulation != Some(Formulation::Projected);
-        let solved = match self.gains {
-            (0.0, 0.0) if !weighs_all_rows => constrain::accelerate(model, constants, state, workspace)?,
-            gains => constrain::solve_baumgarte(model, constants, state, gains, workspace)?,
+        let is_plain = self.gains == (0.0, 0.0) && !self.weighs_all_rows();
+        let unrolled = if is_plain { model.accelerate_unrolled(constants, state) } else { None };
+        let mut accelerations = match unrolled {
+            Some(accelerations) => accelerations,
+            None => self.general_accelerations(model, constants, state, is_plain)?,
         };
-        let mut accelerations = solved.accelerations;
-        if let Some(diagnosis) = &solved.diagnosis {
-            self.count_general_solution(state.t(), diagnosis);
-            if self.loses_rank(diagnosis) {
-                accelerations = self.branch_limit(model, constants, state, &accelerations, diagnosis)?;
-            }
-        }
         if self.has_tied_gains() {
             for (a, step_correction) in
                 accelerations.as_mut_slice().iter_mut().zip(self.step_correction.as_slice())
@@ -404,6 +391,35 @@ impl<M: Constraints> Stabilization<M> {
             }
         }
         Ok(accelerations)
+    }
+
+    /// q̈ with Baumgarte's gains, or if `is_plain` by the general solver alone.
+    #[inline(never)]
+    fn general_accelerations(
+        &mut self,
+        model: &M,
+        constants: &M::Constants,
+        state: &M::State,
+        is_plain: bool,
+    ) -> Result<M::Vector, SolveError> {
+        let workspace = &mut self.workspace;
+        let DiagnosedAccelerations { accelerations, diagnosis } = match is_plain {
+            true => constrain::solve_general(model, state, workspace)?.into(),
+            false => constrain::solve_baumgarte(model, constants, state, self.gains, workspace)?,
+        };
+        let Some(diagnosis) = &diagnosis else { return Ok(accelerations) };
+        self.count_general_solution(state.t(), diagnosis);
+        match self.loses_rank(diagnosis) {
+            true => self.branch_limit(model, constants, state, &accelerations, diagnosis),
+            false => Ok(accelerations),
+        }
+    }
+
+    /// Stages of projected steps violate the constraints a little. Redundant rows then contradict each other
+    /// and are better left out. Baumgarte's equations, with gains of 0 too, weigh all rows.
+    #[inline(always)]
+    fn weighs_all_rows(&self) -> bool {
+        has_redundant_constraints::<M>() && self.formulation != Some(Formulation::Projected)
     }
 
     /// Whether constraints that are independent elsewhere have lost rank during the motion. Singular starts

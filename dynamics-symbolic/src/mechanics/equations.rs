@@ -207,6 +207,14 @@ impl Equations {
 }
 
 impl Equations {
+    /// Whether M depends on parameters alone.
+    #[must_use]
+    pub fn has_constant_mass(&self, g: &Graph) -> bool {
+        // M q̈ stands for an M that is left out.
+        let constant = Dependence::PARAMETERS.with(Dependence::ACCELERATIONS);
+        self.inertia().all(|id| g.dependence(*id).within(constant))
+    }
+
     /// Whether time stands in M, Q or the constraints.
     #[must_use]
     pub fn has_explicit_time(&self, g: &Graph) -> bool {

@@ -152,6 +152,7 @@ fn momentum_rates_are_those_of_the_momenta() {
     let start = damped.state().x(0.3).x_rate(-1.0).push(2.0).build().unwrap();
     check(&damped, start);
     const { assert!(DoublePendulum::VELOCITY_FORCES && Damped::VELOCITY_FORCES) };
+    const { assert!(!DoublePendulum::CONSTANT_MASS && Damped::CONSTANT_MASS && Bob::CONSTANT_MASS) };
     const { assert!(!Kepler::VELOCITY_FORCES && !Bob::VELOCITY_FORCES && !Skate::VELOCITY_FORCES) };
 }
 

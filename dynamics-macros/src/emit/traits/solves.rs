@@ -75,6 +75,7 @@ impl Emission<'_> {
         let (f10, speeds) = self.speeds();
         let (f11, assumptions) = self.assumptions();
         let velocities = self.compiled.equations.has_velocity_forces(self.access.graph);
+        let constant_mass = self.compiled.equations.has_constant_mass(self.access.graph);
         let time = self.compiled.equations.has_explicit_time(self.access.graph);
         quote! {
             #f1 #f2 #f3 #f4 #f5 #f6 #f7 #f8 #f9 #f10 #f11
@@ -85,6 +86,7 @@ impl Emission<'_> {
                 #operations
                 #angle_sets
                 const VELOCITY_FORCES: #private::bool = #velocities;
+                const CONSTANT_MASS: #private::bool = #constant_mass;
                 const EXPLICIT_TIME: #private::bool = #time;
                 #parameter #constants #accelerations #lanes #derivatives #mass #force #momenta
                 #rates #energy #conserved #speeds #assumptions #kinks #series

@@ -11,18 +11,28 @@ pub type TableauRow<const K: usize> = [(usize, f64); K];
 /// Σⱼ aⱼ kⱼ.
 #[inline(always)]
 pub(crate) fn sum<V: Vector, const K: usize>(row: &TableauRow<K>, k: &[Phase<V>]) -> Phase<V> {
-    let mut out = Phase::<V>::zeros();
-    let (q, u) = (out.q.as_mut_slice(), out.u.as_mut_slice());
+    zip_sum(row, k, Phase::zeros(), |_, sum| sum)
+}
+
+/// combine(y, Σⱼ aⱼ kⱼ), element by element.
+#[inline(always)]
+fn zip_sum<V: Vector, const K: usize>(
+    row: &TableauRow<K>,
+    k: &[Phase<V>],
+    mut y: Phase<V>,
+    combine: impl Fn(f64, f64) -> f64,
+) -> Phase<V> {
+    let (q, u) = (y.q.as_mut_slice(), y.u.as_mut_slice());
     for i in 0..V::LEN {
         let (mut of_q, mut of_u) = (0.0, 0.0);
         for &(j, a) in row {
             of_q += a * k[j].q.as_slice()[i];
             of_u += a * k[j].u.as_slice()[i];
         }
-        q[i] = of_q;
-        u[i] = of_u;
+        q[i] = combine(q[i], of_q);
+        u[i] = combine(u[i], of_u);
     }
-    out
+    y
 }
 
 /// y + h Σⱼ aⱼ kⱼ.
@@ -33,13 +43,7 @@ pub(crate) fn advance<V: Vector, const K: usize>(
     row: &TableauRow<K>,
     k: &[Phase<V>],
 ) -> Phase<V> {
-    let mut out = sum(row, k);
-    let (q, u) = (out.q.as_mut_slice(), out.u.as_mut_slice());
-    for i in 0..V::LEN {
-        q[i] = y.q.as_slice()[i] + h * q[i];
-        u[i] = y.u.as_slice()[i] + h * u[i];
-    }
-    out
+    zip_sum(row, k, *y, |y, sum| y + h * sum)
 }
 
 /// Σⱼ aⱼ kⱼ with the bits of [`sum`], for a row as data: compiled once for all rows.

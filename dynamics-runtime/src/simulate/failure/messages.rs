@@ -80,10 +80,12 @@ pub(super) fn steps_vanish(
 ) -> fmt::Result {
     write!(
         f,
-        "steps become ever shorter and do not reach t = {}, where accelerations grow without \
-         bounds, of {coordinates} most",
+        "steps become ever shorter and do not reach t = {}, where accelerations grow without bounds",
         Rounded(*at)
     )?;
+    if !coordinates.is_empty() {
+        write!(f, ", of {coordinates} most")?;
+    }
     if !rows.is_empty() {
         write!(f, ", held by {rows}")?;
     }
@@ -336,4 +338,27 @@ fn is_turn(jump: f64) -> bool {
     let turns = jump.abs() / core::f64::consts::TAU;
     let part = turns % 1.0;
     (0.5..100.0).contains(&turns) && part.min(1.0 - part) < 1e-6
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::declaration::Quantity;
+
+    /// Accelerations at the last state may be zero, infinite or not a number.
+    #[test]
+    fn steps_that_vanish_have_no_empty_names() {
+        const OF: [Quantity; 2] = [Quantity::without_unit("x"), Quantity::without_unit("y")];
+        let named = |shares: [f64; 2]| TopContributors::ranked(&OF, shares.into_iter().enumerate());
+        for (accelerations, forces, said) in [
+            ([1.0, 0.0], [0.0, 2.0], "without bounds, of `x` most, held by `y`; "),
+            ([f64::INFINITY, 3.0], [f64::NAN, 0.0], "without bounds, of `x` most; "),
+            ([0.0, 0.0], [1.0, 0.0], "without bounds, held by `x`; "),
+            ([f64::NAN, f64::NAN], [0.0, 0.0], "without bounds; "),
+        ] {
+            let (coordinates, rows) = (named(accelerations), named(forces));
+            let text = SimulationErrorKind::StepsVanish { at: 1.5, coordinates, rows }.to_string();
+            assert!(text.contains(said), "{text}");
+        }
+    }
 }

@@ -137,6 +137,10 @@ impl<M: SimulationModel> Motion<'_, M> {
     }
 
     pub(crate) fn conditioning(&self) -> Conditioning {
+        with_workspace::<M, _>(|workspace| self.conditioning_with(workspace))
+    }
+
+    fn conditioning_with(&self, workspace: &mut [f64]) -> Conditioning {
         let records = &self.trajectory.records;
         let n = M::COORDINATES.len().max(1);
         let affordable = CONDITIONS_PER_EVALUATION * self.counts().evaluations as f64 / (n * n) as f64;
@@ -144,13 +148,14 @@ impl<M: SimulationModel> Motion<'_, M> {
         let (mut last, mut condition) = (Vec::new(), 1.0);
         let mut at = |index: usize| {
             let state = self.complete(records[index].state);
-            with_workspace::<M, _>(|workspace| {
+            if !M::CONSTANT_MASS || last.is_empty() {
                 let mass = mass(self.model(), &state, workspace);
                 if last != mass {
                     condition = mass_condition_number(M::COORDINATES.len(), mass, M::IS_CONSTRAINED);
-                    last = mass.to_vec();
+                    last.clear();
+                    last.extend_from_slice(mass);
                 }
-            });
+            }
             if M::IS_CONSTRAINED && condition > CONSTRAINED_CONDITION {
                 constrained_condition_number(self.model(), &state)
             } else {
