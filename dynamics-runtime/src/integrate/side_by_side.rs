@@ -8,7 +8,7 @@
 //! * **Lanes do not know each other**: masks choose for each what it does, and every operation acts on each
 //!   lane alone. A motion has the same bits in whatever company and width it is made.
 //! * A motion that needs more than this (too many steps or rejections, steps that stability bounds, no
-//!   resolved step) is [`Attempt::unusual`]: it is to be run alone, by a stepper that reports what happens.
+//!   resolved step) is [`LaneOutcomes::unusual`]: it is to be run alone, by a stepper that reports what happens.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -39,7 +39,7 @@ pub(crate) struct Entry<'a, V> {
 
 /// What became of the motions in an attempt, a bit for each lane.
 #[derive(Clone, Copy)]
-pub(crate) struct Attempt {
+pub(crate) struct LaneOutcomes {
     /// The step was accepted.
     pub(crate) accepted: u32,
     /// It ends the motion.
@@ -182,7 +182,7 @@ impl<V: Vector, L: Lanes> SideBySide<V, L> {
 
     /// One attempt at a step of every motion.
     #[inline(always)]
-    pub(crate) fn attempt<S: AccelerationsSideBySide<V, L>>(&mut self, system: &mut S) -> Attempt {
+    pub(crate) fn attempt<S: AccelerationsSideBySide<V, L>>(&mut self, system: &mut S) -> LaneOutcomes {
         // The steps. The last one may be a little longer, to meet the end.
         let left = self.end - self.t;
         let proposed = least(self.h.abs(), self.most);
@@ -239,7 +239,11 @@ impl<V: Vector, L: Lanes> SideBySide<V, L> {
         self.from = (self.t.or(accepted, self.from.0), choose(accepted, &self.y, &self.from.1));
         self.t = end_t.or(accepted, self.t);
         self.y = choose(accepted, &y, &self.y);
-        Attempt { accepted: L::bits(accepted), ended: L::bits(accepted & is_last), unusual: L::bits(unusual) }
+        LaneOutcomes {
+            accepted: L::bits(accepted),
+            ended: L::bits(accepted & is_last),
+            unusual: L::bits(unusual),
+        }
     }
 
     /// Whether |hλ| of the dominant eigenvalue λ is beyond the border of stability, by the last two stages,
@@ -388,7 +392,7 @@ mod tests {
             if lanes.iter().all(Option::is_none) {
                 return ends;
             }
-            let Attempt { ended, unusual, .. } = stepper.attempt(&mut Coupled);
+            let LaneOutcomes { ended, unusual, .. } = stepper.attempt(&mut Coupled);
             for (lane, run) in lanes.iter_mut().enumerate() {
                 let Some(index) = *run else { continue };
                 assert_eq!(unusual >> lane & 1, 0, "{index}");

@@ -17,7 +17,7 @@ use alloc::vec::Vec;
 
 use crate::integrate::Phase;
 use crate::integrate::Stages;
-use crate::integrate::side_by_side::{AccelerationsSideBySide, Attempt, Entry, Positions, SideBySide};
+use crate::integrate::side_by_side::{AccelerationsSideBySide, Entry, LaneOutcomes, Positions, SideBySide};
 use crate::lanes::{Lanes, Task, Wide as _, in_fused_lanes};
 use crate::model::{LaneEvaluation, ModelState, OwnValues, SimulationModel, StaticTraits, WideOf};
 use crate::simulate::SimulationError;
@@ -189,10 +189,10 @@ impl<'m, M: SimulationModel, L: Lanes> Runs<'m, M, L> {
     fn note<I: Iterator<Item = Simulation<'m, M>>>(
         &mut self,
         stepper: &mut SideBySide<M::Vector, L>,
-        attempt: Attempt,
+        attempt: LaneOutcomes,
         queue: &mut Queue<M, I>,
     ) {
-        let Attempt { accepted, ended, unusual } = attempt;
+        let LaneOutcomes { accepted, ended, unusual } = attempt;
         let rare = self.occupied & (ended | unusual | accepted & self.watched);
         if rare != 0 {
             stepper.write(&mut self.places);
@@ -205,7 +205,7 @@ impl<'m, M: SimulationModel, L: Lanes> Runs<'m, M, L> {
         &mut self,
         stepper: &mut SideBySide<M::Vector, L>,
         lanes: u32,
-        Attempt { accepted, ended, unusual }: Attempt,
+        LaneOutcomes { accepted, ended, unusual }: LaneOutcomes,
         queue: &mut Queue<M, I>,
     ) {
         for lane in (0..L::COUNT).filter(|lane| lanes >> lane & 1 == 1) {
