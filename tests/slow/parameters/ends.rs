@@ -93,7 +93,7 @@ fn a_run_does_not_know_its_neighbours() {
     let until = |k: usize| 2.0 + 3.0 * random(7 * k);
     let run = |k: usize| {
         let (model, start) = &points[k];
-        model.simulate(*start).until(until(k)).tolerance(if k % 3 == 0 { 1e-11 } else { 1e-9 })
+        model.simulate(*start).until(until(k)).tolerance(if k.is_multiple_of(3) { 1e-11 } else { 1e-9 })
     };
     let together = ends((0..points.len()).map(run));
     let mut backwards = ends((0..points.len()).rev().map(run));
