@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use dynamics::analysis::{Cost, ErrorOf, Page, Reference, RunMeasurement, Study, WorkPrecision};
-use dynamics::model::Vector;
+use dynamics::model::{ModelState, Vector};
 use dynamics::prelude::*;
 use problems::{DoublePendulum, Kepler, StiffSpring};
 
@@ -122,7 +122,7 @@ const AS_ODE: [&str; 4] =
 const DP5: &str = "Dormand–Prince 5(4)";
 
 /// What the curve "default method" is: the method that a run chooses at each of these tolerances.
-fn print_default<M: Simulate>(model: &M, start: &M::State) -> Result<()> {
+fn print_default<M: Simulate + 'static>(model: &M, start: &M::State) -> Result<()> {
     for tolerance in [1e-3, 1e-6, 1e-9, 1e-12] {
         let motion = model.simulate(*start).until(start.t() + 1e-3).tolerance(tolerance).run()?;
         println!("default method of {} at tolerance {tolerance:e}: {}", M::NAME, motion.method());
