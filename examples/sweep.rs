@@ -74,7 +74,7 @@ fn main() -> common::Outcome {
     #[cfg(feature = "progress")]
     let sweep = sweep.progress();
     let begun = std::time::Instant::now();
-    let sweep = sweep.with(to_first_flip).ends(["flip"], flip)?;
+    let sweep = sweep.ends(["flip"], to_first_flip, flip)?;
     let (runs, taken) = (sweep.results.len(), begun.elapsed().as_secs_f64());
     println!("{runs} runs in {taken:.2} s, {:.0} per second", runs as f64 / taken);
 
@@ -117,7 +117,7 @@ fn scaling(model: &DoublePendulum, across: u32) -> common::Outcome {
         for _ in 0..3 {
             let sweep = model.sweep(model.state().build()?).over("theta2", angles()).over("theta1", angles());
             let begun = std::time::Instant::now();
-            let sweep = sweep.threads(threads).with(to_first_flip).ends(["flip"], flip)?;
+            let sweep = sweep.threads(threads).ends(["flip"], to_first_flip, flip)?;
             let taken = begun.elapsed().as_secs_f64();
             if taken < best.0 {
                 best = (taken, sweep.to_csv());

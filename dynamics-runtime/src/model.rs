@@ -165,7 +165,8 @@ pub trait Dynamics: Model {
     /// Whether [`Dynamics::accelerations_in_lanes`] is implemented: for straight-line code without choices
     /// that is not too long.
     const HAS_LANES: bool = false;
-    /// How many parameters, constants and inputs [`Dynamics::accelerations_in_lanes`] reads.
+    /// How many parameters, constants and inputs [`Dynamics::accelerations_in_lanes`] reads. It must take all
+    /// of them from `values`: many runs of several models are evaluated with one of the models.
     const LANE_VALUES: usize = 0;
     /// Writes the parameters, constants and inputs that [`Dynamics::accelerations_in_lanes`] reads, in its
     /// order: those of one run among several that are made side by side.

@@ -147,7 +147,7 @@ pub trait Lanes:
     #[must_use]
     fn sin_cos(self) -> (Self, Self) {
         let near = Self::all(self.abs().at_most(Self::splat(LARGEST_REDUCED)));
-        if near { sines::near(self) } else { one_by_one(self, sines::fast) }
+        if near { sines::near(self) } else { some_far(self) }
     }
     /// (sin x, cos x), each as [`accurate`](crate::sin_cos::accurate) has it.
     #[inline(always)]
@@ -159,6 +159,20 @@ pub trait Lanes:
 
 /// Most lanes of a type.
 pub(crate) const MAX_COUNT: usize = 16;
+
+/// [`Lanes::sin_cos`] where some angles are too far for the reduction: the others have the bits that they
+/// have without these.
+#[cold]
+#[inline(never)]
+fn some_far<L: Lanes>(x: L) -> (L, L) {
+    let near = x.abs().at_most(L::splat(LARGEST_REDUCED));
+    let (mut sine, mut cosine) = sines::near(x.or(near, L::zero()));
+    for lane in (0..L::COUNT).filter(|lane| L::bits(near) >> lane & 1 == 0) {
+        let (s, c) = sines::accurate(x.lane(lane));
+        (sine, cosine) = (sine.with_lane(lane, s), cosine.with_lane(lane, c));
+    }
+    (sine, cosine)
+}
 
 /// Both results of a function, lane by lane.
 #[inline(always)]

@@ -2,10 +2,11 @@
 //!
 //! **Why this is sound.** An instruction that the processor lacks must not run. Values of the types here are
 //! made, and their functions called, only in code that is generic over [`Lanes`]. The types are private to
-//! the crate, so that such code is run with them by [`in_four_lanes`](crate::in_four_lanes) and
-//! [`in_widest_lanes`](crate::in_widest_lanes) alone, after [`has_four_lanes`] and [`has_eight_lanes`] have
-//! found the instructions, or where the build's target has them. Loads and stores go through arrays whose
-//! length slices are checked for.
+//! the crate, so that such code is run with them by [`in_four_lanes`](crate::in_four_lanes),
+//! [`in_widest_lanes`](crate::in_widest_lanes) and [`in_fused_lanes`](crate::in_fused_lanes) alone, after
+//! [`has_four_lanes`] and [`has_eight_lanes`] have found the instructions, those of fused products among
+//! them, or where the build's target has them. Loads and stores go through arrays whose length slices are
+//! checked for.
 //!
 //! **Why this is fast.** A function that is compiled for certain instructions is not inlined into one that is
 //! not, and the other way round the calls of instructions are not inlined. [`Lanes::call`] is the one border:

@@ -52,6 +52,18 @@ pub(super) fn ordered_blocks<T: Send>(
     }
 }
 
+/// How many cores runs are shared by where no number is asked for.
+pub(super) fn cores() -> usize {
+    #[cfg(feature = "parallel")]
+    {
+        rayon::current_num_threads()
+    }
+    #[cfg(not(feature = "parallel"))]
+    {
+        1
+    }
+}
+
 /// A progress bar on the error stream. It appears if all runs take longer than a second; without the feature
 /// `progress` it never does.
 struct ProgressBar {

@@ -8,7 +8,6 @@ mod error;
 mod show;
 
 use alloc::borrow::ToOwned;
-use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::ops::Range;
@@ -18,17 +17,16 @@ pub use error::{RunFailure, SweepError};
 use dynamics_runtime::model::Parameters;
 use dynamics_runtime::simulate::{Simulate, Simulation, ends};
 
-use super::parallel::{ordered, ordered_blocks};
+use super::parallel::{cores, ordered, ordered_blocks};
 use super::variable::{Variable, VariableError};
 
 /// Most runs of a sweep: the results of more than 2³² runs fit no memory.
 const MAX_RUNS: u64 = 1 << 32;
-/// Runs that a core takes at once where they are made side by side. In the last ones of a block some lanes
-/// have no run: a smaller number leaves more of them without, a larger one has cores wait for the last block.
-const RUNS_OF_BLOCK: usize = 512;
-
-/// Options of a simulation.
-type Options<'m, M> = dyn Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm;
+/// Fewest and most runs that a core takes at once where they are made side by side. While the last ones of a
+/// block run, some lanes have none: with fewer runs of a block that is a larger part of the time.
+const RUNS_OF_BLOCK: [usize; 2] = [16, 512];
+/// Blocks of each core, so that none waits long for the last one.
+const BLOCKS_OF_CORE: usize = 4;
 
 /// An axis of the grid, checked.
 struct GridAxis {
@@ -73,12 +71,11 @@ pub struct Sweeping<'m, M: Simulate> {
     axes: Vec<(String, Vec<f64>)>,
     threads: Option<usize>,
     progress: bool,
-    options: Option<Box<Options<'m, M>>>,
 }
 
 impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
     pub(super) fn new(model: &'m M, start: M::State) -> Self {
-        Self { model, start, axes: Vec::new(), threads: None, progress: false, options: None }
+        Self { model, start, axes: Vec::new(), threads: None, progress: false }
     }
 
     /// Adds an axis to the grid: values of a parameter, of a coordinate or of a velocity at the start.
@@ -101,21 +98,13 @@ impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
         self
     }
 
-    /// The options of the simulations that [`Sweeping::ends`] makes: `.until(..)`, a tolerance, events.
-    pub fn with(
-        mut self,
-        options: impl Fn(Simulation<'_, M>) -> Simulation<'_, M> + Send + Sync + 'm,
-    ) -> Self {
-        self.options = Some(Box::new(options));
-        self
-    }
-
-    /// Makes all runs and keeps numbers of their ends only. `of_end` gets the model of a run and its last
-    /// state: at the end time, or where `.stop_at(..)` ended it. This takes a part of the time of
-    /// [`Sweeping::run`] where runs can be made side by side, see [`ends`].
+    /// Makes all runs and keeps numbers of their ends only. `options` completes the simulation of a run:
+    /// `.until(..)`, a tolerance, events. `of_end` gets its model and its last state, at the end time or where
+    /// `.stop_at(..)` ended it. This takes a part of the time of [`Sweeping::run`] where runs can be made side
+    /// by side, see [`ends`].
     ///
     /// ```text
-    /// let sweep = sweep.with(|run| run.until(30.0)).ends(["theta1"], |_, end| [end.theta1()])?;
+    /// let sweep = sweep.ends(["theta1"], |run| run.until(30.0), |_, end| [end.theta1()])?;
     /// ```
     ///
     /// # Errors
@@ -123,6 +112,7 @@ impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
     pub fn ends<const K: usize>(
         self,
         names: [&str; K],
+        options: impl Fn(Simulation<'_, M>) -> Simulation<'_, M> + Sync,
         of_end: impl Fn(&M, M::State) -> [f64; K] + Sync,
     ) -> Result<Sweep<K>, SweepError>
     where
@@ -131,18 +121,17 @@ impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
         let grid = self.grid()?;
         let block = |runs: Range<usize>| {
             let points: Vec<(M, M::State)> = runs.map(|index| self.point(&grid, index)).collect();
-            let simulations = points.iter().map(|(model, start)| {
-                let simulation = model.simulate(*start);
-                match &self.options {
-                    Some(options) => options(simulation),
-                    None => simulation,
-                }
-            });
-            let ends = ends(simulations);
+            let ends = ends(points.iter().map(|(model, start)| options(model.simulate(*start))));
             let kept = |(end, (model, _)): (Result<M::State, _>, &(M, M::State))| Ok(of_end(model, end?));
             ends.into_iter().zip(&points).map(kept).collect()
         };
-        let results = ordered_blocks(grid.count, RUNS_OF_BLOCK, self.threads, self.progress, block);
+        let blocks = BLOCKS_OF_CORE * self.threads.unwrap_or_else(cores);
+        let length = match M::HAS_LANES {
+            true => (grid.count / blocks).clamp(RUNS_OF_BLOCK[0], RUNS_OF_BLOCK[1]),
+            // Each run is made alone.
+            false => 1,
+        };
+        let results = ordered_blocks(grid.count, length, self.threads, self.progress, block);
         let results = results.map_err(SweepError::Threads)?;
         Ok(Sweep { axes: grid.named::<M>(), names: names.map(str::to_owned), results })
     }

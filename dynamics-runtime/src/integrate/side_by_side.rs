@@ -7,8 +7,9 @@
 //!   quarter of its size.
 //! * **Lanes do not know each other**: masks choose for each what it does, and every operation acts on each
 //!   lane alone. A motion has the same bits in whatever company and width it is made.
-//! * A motion that needs more than this (too many steps or rejections, steps that stability bounds, no
-//!   resolved step) is [`LaneOutcomes::unusual`]: it is to be run alone, by a stepper that reports what happens.
+//! * A motion that needs more than this (too many rejections, steps that stability bounds, no resolved step)
+//!   is [`LaneOutcomes::unusual`]: it is to be run alone, by a stepper that reports what happens. After a
+//!   number of attempts it pauses ([`LaneOutcomes::paused`]), so that it can be looked at.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -34,7 +35,8 @@ pub(crate) struct Entry<'a, V> {
     /// Size of the first step, positive.
     pub(crate) h: f64,
     pub(crate) options: &'a StepOptions,
-    pub(crate) max_steps: f64,
+    /// Attempts up to the first pause.
+    pub(crate) pause: u64,
 }
 
 /// What became of the motions in an attempt, a bit for each lane.
@@ -46,6 +48,8 @@ pub(crate) struct LaneOutcomes {
     pub(crate) ended: u32,
     /// The motion is to be run alone.
     pub(crate) unusual: u32,
+    /// It has made the attempts up to the next pause.
+    pub(crate) paused: u32,
 }
 
 const STAGES: usize = 16;
@@ -89,9 +93,8 @@ pub(crate) struct SideBySide<V: Vector, L: Lanes> {
     most: L,
     absolute: L,
     relative: L,
-    /// Attempts, and how many are permitted.
-    attempts: L,
-    max_attempts: L,
+    /// Attempts up to the next pause.
+    left: L,
     /// Rejections in a row.
     rejections: L,
     /// See [`STIFF_STEPS`].
@@ -111,8 +114,7 @@ impl<V: Vector, L: Lanes> SideBySide<V, L> {
             most: zero,
             absolute: L::splat(1.0),
             relative: zero,
-            attempts: zero,
-            max_attempts: L::splat(f64::INFINITY),
+            left: L::splat(f64::INFINITY),
             rejections: zero,
             beyond_stability: zero,
             k: [zeros; STAGES],
@@ -122,7 +124,7 @@ impl<V: Vector, L: Lanes> SideBySide<V, L> {
     /// Puts a motion into a lane.
     #[cold]
     pub(crate) fn enter(&mut self, lane: usize, entry: &Entry<'_, V>) {
-        let Entry { t, y, end, h, options, max_steps } = *entry;
+        let Entry { t, y, end, h, options, pause } = *entry;
         self.y.put(lane, y);
         self.from.1.put(lane, y);
         let set = |to: &mut L, x: f64| *to = to.with_lane(lane, x);
@@ -133,10 +135,15 @@ impl<V: Vector, L: Lanes> SideBySide<V, L> {
         set(&mut self.most, options.most);
         set(&mut self.absolute, options.tolerances.absolute);
         set(&mut self.relative, options.tolerances.relative);
-        set(&mut self.attempts, 0.0);
-        set(&mut self.max_attempts, max_steps);
+        set(&mut self.left, pause as f64);
         set(&mut self.rejections, 0.0);
         set(&mut self.beyond_stability, 0.0);
+    }
+
+    /// Lets a motion go on after a pause, for so many attempts.
+    #[cold]
+    pub(crate) fn go_on(&mut self, lane: usize, attempts: u64) {
+        self.left = self.left.with_lane(lane, attempts as f64);
     }
 
     /// Leaves a lane without motion, where its last step began: that state can be evaluated.
@@ -156,8 +163,7 @@ impl<V: Vector, L: Lanes> SideBySide<V, L> {
         set(&mut self.from.0, t);
         set(&mut self.end, t);
         set(&mut self.h, 0.0);
-        set(&mut self.attempts, 0.0);
-        set(&mut self.max_attempts, f64::INFINITY);
+        set(&mut self.left, f64::INFINITY);
         set(&mut self.rejections, 0.0);
         set(&mut self.beyond_stability, 0.0);
     }
@@ -230,12 +236,13 @@ impl<V: Vector, L: Lanes> SideBySide<V, L> {
         let more = self.beyond_stability + L::splat(1.0).or(is_stiff, L::splat(-1.0));
         self.beyond_stability = most(more, L::zero()).or(accepted, self.beyond_stability);
         self.rejections = L::zero().or(accepted, self.rejections + L::splat(1.0));
-        self.attempts = self.attempts + L::splat(1.0);
-        let unresolved = self.h.at_most(L::splat(RESOLVED_STEP_PART) * self.t.abs());
-        let unusual = (!accepted & unresolved)
+        self.left = self.left - L::splat(1.0);
+        // Against the end, too: a motion that breaks down at t = 0 would make its steps ever shorter.
+        let unresolved = self.h.at_most(L::splat(RESOLVED_STEP_PART) * (self.t.abs() + self.end.abs()));
+        let unusual = (!is_last & (unresolved | h.abs().at_most(L::zero())))
             | L::splat(MAX_REJECTIONS).less(self.rejections)
-            | L::splat(STIFF_STEPS).at_most(self.beyond_stability)
-            | self.max_attempts.less(self.attempts);
+            | L::splat(STIFF_STEPS).at_most(self.beyond_stability);
+        let paused = self.left.at_most(L::zero());
         self.from = (self.t.or(accepted, self.from.0), choose(accepted, &self.y, &self.from.1));
         self.t = end_t.or(accepted, self.t);
         self.y = choose(accepted, &y, &self.y);
@@ -243,6 +250,7 @@ impl<V: Vector, L: Lanes> SideBySide<V, L> {
             accepted: L::bits(accepted),
             ended: L::bits(accepted & is_last),
             unusual: L::bits(unusual),
+            paused: L::bits(paused),
         }
     }
 
@@ -250,9 +258,9 @@ impl<V: Vector, L: Lanes> SideBySide<V, L> {
     /// which are at the same time: see [`stiffness`](crate::integrate::explicit::tableau::stiffness).
     #[inline(always)]
     fn is_beyond_stability(&self, h: L, x: &Stages<V, L>, y: &Stages<V, L>) -> L::Mask {
-        let distance = |x: &V::Wide<L>, y: &V::Wide<L>| square_distance::<V, L>(x, y);
-        let (q, u) = (distance(&x.q, &y.q), distance(&x.u, &y.u));
-        let a = distance(&self.k[STAGES - 2].u, &self.k[STAGES - 1].u);
+        let q = square_distance::<V, L>(&x.q, &y.q);
+        let u = square_distance::<V, L>(&x.u, &y.u);
+        let a = square_distance::<V, L>(&self.k[STAGES - 2].u, &self.k[STAGES - 1].u);
         let border = L::splat(STABILITY_BORDER * STABILITY_BORDER);
         let squared = h * h;
         (border * u).less(squared * a) & (border * border * q).less(squared * squared * a)
@@ -385,14 +393,15 @@ mod tests {
                 if run.is_none() && next < count {
                     let (t, y, end, tolerances) = start(next);
                     let options = StepOptions { tolerances, fixed: None, first: None, most: 0.7 };
-                    stepper.enter(lane, &Entry { t, y: &y, end, h: 1e-3, options: &options, max_steps: 1e4 });
+                    stepper.enter(lane, &Entry { t, y: &y, end, h: 1e-3, options: &options, pause: 10_000 });
                     (*run, next) = (Some(next), next + 1);
                 }
             }
             if lanes.iter().all(Option::is_none) {
                 return ends;
             }
-            let LaneOutcomes { ended, unusual, .. } = stepper.attempt(&mut Coupled);
+            let LaneOutcomes { ended, unusual, paused, .. } = stepper.attempt(&mut Coupled);
+            let unusual = unusual | paused;
             for (lane, run) in lanes.iter_mut().enumerate() {
                 let Some(index) = *run else { continue };
                 assert_eq!(unusual >> lane & 1, 0, "{index}");
@@ -428,21 +437,24 @@ mod tests {
                 *a = [self.0 * y.q[0], -1e9 * y.u[1]];
             }
         }
-        let attempts = |factor: f64, velocity: f64, max_steps: f64| {
+        let attempts = |factor: f64, velocity: f64, pause: u64| {
             let mut stepper = SideBySide::<V, f64>::new();
             let options =
                 StepOptions { tolerances: Tolerances::both(1e-6), fixed: None, first: None, most: 1.0 };
             let y = Phase { q: V::new(1.0, 0.0), u: V::new(0.0, velocity) };
-            stepper.enter(0, &Entry { t: 0.0, y: &y, end: 10.0, h: 1e-3, options: &options, max_steps });
-            let unusual = (1..10_000).find(|_| stepper.attempt(&mut Force(factor)).unusual == 1);
+            stepper.enter(0, &Entry { t: 0.0, y: &y, end: 10.0, h: 1e-3, options: &options, pause });
+            let unusual = (1..10_000).find(|_| {
+                let outcomes = stepper.attempt(&mut Force(factor));
+                outcomes.unusual == 1 || outcomes.paused == 1
+            });
             let mut places = Positions::new();
             stepper.write(&mut places);
             (unusual, places.now(0).0)
         };
-        let (no_value, t) = attempts(f64::NAN, 0.0, 1e4);
+        let (no_value, t) = attempts(f64::NAN, 0.0, 10_000);
         assert!(no_value.is_some_and(|attempts| attempts < 20) && t == 0.0, "{no_value:?} {t}");
-        let (stiff, t) = attempts(-1.0, 1.0, 1e4);
+        let (stiff, t) = attempts(-1.0, 1.0, 10_000);
         assert!(stiff.is_some_and(|attempts| attempts < 200) && t < 1e-5, "{stiff:?} {t}");
-        assert_eq!(attempts(-1.0, 0.0, 5.0).0, Some(6));
+        assert_eq!(attempts(-1.0, 0.0, 5).0, Some(5));
     }
 }

@@ -5,24 +5,29 @@
 //! [`Simulation::run_with`] makes it:
 //!
 //! * from its start, if the model has constraints, choices or no code for several states, if an option asks
-//!   for what lanes do not have (`simulation/side_by_side.rs` has the list), or if the steps meet something
-//!   unusual (`integrate/side_by_side.rs`);
+//!   for what lanes do not have (`simulation/side_by_side.rs` has the list), if the steps meet something
+//!   unusual (`integrate/side_by_side.rs`), or if it is stiff: every [`TRIAL_INTERVAL`] attempts an implicit
+//!   step is tried, as in a run alone;
 //! * from the step before an event that acts. The event functions are compared at the ends and in the middle
-//!   of each step, so that few crossings are missed; what only comes near one is looked at closely, too.
+//!   of each step; what only comes near zero there is looked at closely, too. The tolerances stay those of
+//!   the run; its limit of steps begins anew.
 //!
 //! Whether a run is made alone depends on that run, so results do not depend on the number of lanes.
 
 use alloc::vec;
 use alloc::vec::Vec;
 
-use crate::integrate::Phase;
 use crate::integrate::Stages;
 use crate::integrate::side_by_side::{AccelerationsSideBySide, Entry, LaneOutcomes, Positions, SideBySide};
+use crate::integrate::{Phase, StepOptions};
 use crate::lanes::{Lanes, Task, Wide as _, in_fused_lanes};
 use crate::model::{LaneEvaluation, ModelState, OwnValues, SimulationModel, StaticTraits, WideOf};
 use crate::simulate::SimulationError;
 use crate::simulate::simulation::Simulation;
 use crate::simulate::simulation::side_by_side::{LanePlan, WatchedEvents};
+
+/// Attempts between two trials of an implicit step.
+const TRIAL_INTERVAL: u64 = 1_000;
 
 /// The ends of simulations of one model, in their order: many starts, many values of parameters, random
 /// samples. Where the model has no constraints and no choices, as many run side by side as the vectors of the
@@ -53,6 +58,7 @@ pub fn ends<'m, M: SimulationModel + 'm>(
             queue.ends[index] = Some(alone(simulation));
         }
     }
+    // Every simulation that left the queue has ended: the loops above go on until no lane has one.
     queue.ends.into_iter().flatten().collect()
 }
 
@@ -103,10 +109,12 @@ struct Runs<'m, M: SimulationModel, L: Lanes> {
     watched: u32,
     /// What the accelerations read of each model.
     values: Vec<L>,
+    /// Memory for the values of one model.
+    own: Vec<f64>,
     /// Where the runs stand after the last attempt that was looked at.
     places: Positions<M::Vector, L>,
     /// One of the models, with its constants and a state, for the code that reads the values instead.
-    any: Option<(&'m M, M::Constants, M::State)>,
+    sample_model: Option<(&'m M, M::Constants, M::State)>,
 }
 
 /// A run in a lane.
@@ -114,15 +122,28 @@ struct Run<'m, M: SimulationModel> {
     index: usize,
     simulation: Simulation<'m, M>,
     constants: M::Constants,
+    options: StepOptions,
     /// The events that act.
     events: WatchedEvents,
+    /// Attempts and time at the last trial of an implicit step.
+    at_trial: (u64, f64),
+    /// Attempts from there to the next pause.
+    pause: u64,
 }
 
 impl<'m, M: SimulationModel, L: Lanes> Runs<'m, M, L> {
     fn new() -> Self {
         let lanes = (0..L::COUNT).map(|_| None).collect();
         let values = vec![L::zero(); M::LANE_VALUES];
-        Self { lanes, occupied: 0, watched: 0, values, places: Positions::new(), any: None }
+        Self {
+            lanes,
+            occupied: 0,
+            watched: 0,
+            values,
+            own: vec![0.0; M::LANE_VALUES],
+            places: Positions::new(),
+            sample_model: None,
+        }
     }
 
     fn is_empty(&self) -> bool {
@@ -162,24 +183,22 @@ impl<'m, M: SimulationModel, L: Lanes> Runs<'m, M, L> {
                 queue.ends[index] = Some(alone(simulation));
                 continue;
             };
-            let LanePlan { constants, options, max_steps, end, first, events } = plan;
+            let LanePlan { constants, options, end, first, events } = plan;
             let start = *simulation.start();
-            let mut own = vec![0.0; M::LANE_VALUES];
-            simulation.model().lane_values(&constants, &start, &mut own);
-            for (value, own) in self.values.iter_mut().zip(own) {
-                *value = value.with_lane(lane, own);
+            simulation.model().lane_values(&constants, &start, &mut self.own);
+            for (value, own) in self.values.iter_mut().zip(&self.own) {
+                *value = value.with_lane(lane, *own);
             }
             let y = Phase { q: *start.q(), u: *start.u() };
-            stepper.enter(
-                lane,
-                &Entry { t: start.t(), y: &y, end, h: first, options: &options, max_steps: max_steps as f64 },
-            );
+            let pause = TRIAL_INTERVAL.min(simulation.step_limit());
+            stepper.enter(lane, &Entry { t: start.t(), y: &y, end, h: first, options: &options, pause });
             if !events.is_empty() {
                 self.watched |= 1 << lane;
             }
             self.occupied |= 1 << lane;
-            self.any = Some((simulation.model(), constants, start));
-            self.lanes[lane] = Some(Run { index, simulation, constants, events });
+            self.sample_model = Some((simulation.model(), constants, start));
+            let at_trial = (0, start.t());
+            self.lanes[lane] = Some(Run { index, simulation, constants, options, events, at_trial, pause });
             return;
         }
     }
@@ -192,20 +211,20 @@ impl<'m, M: SimulationModel, L: Lanes> Runs<'m, M, L> {
         attempt: LaneOutcomes,
         queue: &mut Queue<M, I>,
     ) {
-        let LaneOutcomes { accepted, ended, unusual } = attempt;
-        let rare = self.occupied & (ended | unusual | accepted & self.watched);
+        let LaneOutcomes { accepted, ended, unusual, paused } = attempt;
+        let rare = self.occupied & (ended | unusual | paused | accepted & self.watched);
         if rare != 0 {
             stepper.write(&mut self.places);
-            self.look_at(stepper, rare, attempt, queue);
+            self.finish_or_leave(stepper, rare, attempt, queue);
         }
     }
 
     #[inline(never)]
-    fn look_at<I: Iterator<Item = Simulation<'m, M>>>(
+    fn finish_or_leave<I: Iterator<Item = Simulation<'m, M>>>(
         &mut self,
         stepper: &mut SideBySide<M::Vector, L>,
         lanes: u32,
-        LaneOutcomes { accepted, ended, unusual }: LaneOutcomes,
+        LaneOutcomes { accepted, ended, unusual, paused }: LaneOutcomes,
         queue: &mut Queue<M, I>,
     ) {
         for lane in (0..L::COUNT).filter(|lane| lanes >> lane & 1 == 1) {
@@ -214,23 +233,26 @@ impl<'m, M: SimulationModel, L: Lanes> Runs<'m, M, L> {
             let (t, y) = self.places.now(lane);
             let state = run.simulation.state_at(t, &y);
             // Where it goes on alone, if it does.
-            let from = if is(unusual) {
-                Some(*run.simulation.start())
-            } else if is(accepted & self.watched) {
+            let must_leave = is(unusual) || is(paused & !ended) && run.is_stiff_or_long(t, &y);
+            let from = if is(accepted & self.watched) && !must_leave {
                 let (t, y) = self.places.from(lane);
                 let from = run.simulation.state_at(t, &y);
                 run.simulation.may_act(&mut run.events, &from, &state).then_some(from)
             } else {
                 None
             };
-            if from.is_none() && !is(ended) {
+            if from.is_none() && !must_leave && !is(ended) {
+                if is(paused) {
+                    stepper.go_on(lane, run.pause);
+                }
                 continue;
             }
-            let Some(Run { index, simulation, .. }) = self.lanes[lane].take() else { continue };
+            let Some(Run { index, simulation, options, .. }) = self.lanes[lane].take() else { continue };
             self.occupied &= !(1 << lane);
             self.watched &= !(1 << lane);
             queue.ends[index] = Some(match from {
-                Some(from) => alone(simulation.starting_at(from)),
+                Some(from) => alone(simulation.going_on_from(from, options.tolerances)),
+                None if must_leave => alone(simulation),
                 None => Ok(state),
             });
             self.begin(stepper, lane, queue);
@@ -240,26 +262,53 @@ impl<'m, M: SimulationModel, L: Lanes> Runs<'m, M, L> {
         }
     }
 
-    /// The accelerations of each state alone, where some have none.
+    /// The accelerations where some states have none: each state in all lanes, so that the others have the
+    /// bits that they have without it. NaN where there are none.
     #[cold]
     #[inline(never)]
     fn one_by_one(&mut self, t: &L, y: &Stages<M::Vector, L>, a: &mut WideOf<M, L>) {
+        let Some((model, constants, state)) = &self.sample_model else { return };
+        let mut values = vec![L::zero(); self.values.len()];
+        let (mut same, mut found) = (Stages::<M::Vector, L>::zeros(), Stages::<M::Vector, L>::zeros());
         for lane in 0..L::COUNT {
-            let found = self.lanes[lane].as_ref().and_then(|run| {
-                let state = run.simulation.state_at(t.lane(lane), &y.of(lane));
-                run.simulation.model().accelerations_with(&run.constants, &state).ok()
+            let all = |x: &L| L::splat(x.lane(lane));
+            values.iter_mut().zip(&self.values).for_each(|(to, of)| *to = all(of));
+            for (to, of) in [(&mut same.q, &y.q), (&mut same.u, &y.u)] {
+                to.as_mut_slice().iter_mut().zip(of.as_slice()).for_each(|(to, of)| *to = all(of));
+            }
+            let exists = L::call(LaneEvaluation {
+                model: *model,
+                constants,
+                state,
+                values: OwnValues(&values),
+                t: all(t),
+                states: [&same.q, &same.u],
+                accelerations: &mut found.u,
             });
-            for (i, a) in a.as_mut_slice().iter_mut().enumerate() {
-                *a = a.with_lane(lane, found.as_ref().map_or(f64::NAN, |found| found[i]));
+            for (a, found) in a.as_mut_slice().iter_mut().zip(found.u.as_slice()) {
+                *a = a.with_lane(lane, if exists { found.lane(0) } else { f64::NAN });
             }
         }
+    }
+}
+
+impl<M: SimulationModel> Run<'_, M> {
+    /// At a pause: whether the run has made all the steps that it may, or implicit steps of a worthwhile
+    /// length are as accurate. If not, the next pause is set.
+    #[cold]
+    fn is_stiff_or_long(&mut self, t: f64, y: &Phase<M::Vector>) -> bool {
+        let (attempts, since) = (self.at_trial.0 + self.pause, self.at_trial.1);
+        let left = self.simulation.step_limit() - attempts;
+        let mean_step = (t - since).abs() / self.pause as f64;
+        (self.at_trial, self.pause) = ((attempts, t), TRIAL_INTERVAL.min(left));
+        left == 0 || self.simulation.is_stiff(&self.constants, &self.options, (t, y), mean_step)
     }
 }
 
 impl<M: SimulationModel, L: Lanes> AccelerationsSideBySide<M::Vector, L> for Runs<'_, M, L> {
     #[inline(always)]
     fn accelerations(&mut self, t: L, y: &Stages<M::Vector, L>, a: &mut WideOf<M, L>) {
-        let Some((model, constants, state)) = &self.any else { return };
+        let Some((model, constants, state)) = &self.sample_model else { return };
         let values = OwnValues(&self.values);
         let states = [&y.q, &y.u];
         if !L::call(LaneEvaluation { model: *model, constants, state, values, t, states, accelerations: a }) {

@@ -50,7 +50,7 @@ const VERNER_TOLERANCE: f64 = 1e-6;
 const EXTRAPOLATION_TOLERANCE: f64 = 1e-12;
 /// Largest number of coordinates with which a stiff motion changes to an implicit method by default: one step
 /// factors matrices of this size, which costs more than thousands of evaluations.
-const MAX_IMPLICIT_COORDINATES: usize = 100;
+pub(super) const MAX_IMPLICIT_COORDINATES: usize = 100;
 
 /// The checked options of a simulation.
 pub(crate) struct Checked<'m, M: Simulate> {
@@ -289,7 +289,7 @@ impl<'m, M: Simulate> Simulation<'m, M> {
     }
 
     /// Names of the events of the model and of the simulation.
-    fn event_names(&self) -> Vec<&str> {
+    pub(super) fn event_names(&self) -> Vec<&str> {
         let mut names: Vec<&str> = Vec::with_capacity(M::EVENTS.len() + self.added_events.len());
         for event in M::EVENTS {
             names.push(event.name);
@@ -364,7 +364,7 @@ fn event_index_of(name: &str, names: &[&str]) -> Result<usize, OptionError> {
 }
 
 /// Refuses event names of the simulation, which follow the `first` names of the model, that exist already.
-fn check_event_names(names: &[&str], first: usize) -> Result<(), OptionError> {
+pub(super) fn check_event_names(names: &[&str], first: usize) -> Result<(), OptionError> {
     for (i, name) in names.iter().enumerate().skip(first) {
         if names[..i].contains(name) {
             return Err(OptionError::DuplicateEvent { name: name.to_string() });

@@ -12,12 +12,12 @@
 use crate::constrain::gradients::{is_positive, mass};
 use crate::constrain::solve_general;
 use crate::error::{SingularMassMatrix, SolveError};
-use crate::integrate::StepOptions;
 use crate::integrate::choice::Radau5;
+use crate::integrate::{Step, StepFlags, StepNode, StepOptions, Tolerances};
 use crate::model::{ModelState, SimulationModel, StaticTraits, Vector};
 use crate::progress::Progress;
 use crate::simulate::diagnosis;
-use crate::simulate::erased_method::SharedMethod;
+use crate::simulate::erased_method::{ErasedMethod, SharedMethod};
 use crate::simulate::events::location::EventLocator;
 use crate::simulate::events::rules::Flow;
 use crate::simulate::events::unilateral::UnilateralConstraint;
@@ -191,6 +191,23 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         let setup =
             RunSetup { simulation: self, constants, law: None, formulation: None, contacts: Vec::new(), end };
         setup.make_pilot_run(erased_method, options);
+    }
+
+    /// Whether an implicit step of size h from here has a permitted error.
+    pub(super) fn implicit_step_passes(
+        &self,
+        constants: &M::Constants,
+        tolerances: &Tolerances,
+        now: StepNode<M::Vector>,
+        h: f64,
+    ) -> bool {
+        let end = self.end.unwrap_or(now.t);
+        let setup =
+            RunSetup { simulation: self, constants, law: None, formulation: None, contacts: Vec::new(), end };
+        let step = Step { start: now, end: now, h, flags: StepFlags::default() };
+        let mut replay = ErasedMethod::<M>::step_replay(&Radau5);
+        let found = replay.end_of(&mut setup.right_hand_side(Vec::new()), &step, tolerances);
+        found.is_some_and(|(_, error)| error <= 1.0)
     }
 
     #[cfg(feature = "progress")]

@@ -6,10 +6,14 @@ use alloc::vec::Vec;
 
 use crate::error::SolveError;
 use crate::integrate::choice;
-use crate::integrate::{Phase, StepOptions, Stepper, Verner9};
+use crate::integrate::{Direction, Phase, StepNode, StepOptions, Stepper, Tolerances, Verner9};
 use crate::model::{ModelState, SimulationModel, Vector};
 use crate::simulate::erased_method::SharedMethod;
 use crate::simulate::failure::OptionError;
+use crate::simulate::run::monitors::stiffness_detection::{
+    FINEST_TOLERANCE, LENGTHS_FROM_ONE_PLACE, worthwhile_factor,
+};
+use crate::simulate::simulation::check::{MAX_IMPLICIT_COORDINATES, check_event_names};
 use crate::simulate::simulation::{Output, Simulation, ToleranceOption};
 
 /// A step comes near an event if the parabola through three values of its function comes this near zero, in
@@ -20,7 +24,6 @@ const NEAR_EVENT: f64 = 0.1;
 pub(crate) struct LanePlan<M: SimulationModel> {
     pub(crate) constants: M::Constants,
     pub(crate) options: StepOptions,
-    pub(crate) max_steps: u64,
     pub(crate) end: f64,
     /// Size of the first step.
     pub(crate) first: f64,
@@ -44,6 +47,7 @@ impl WatchedEvents {
 struct WatchedEvent {
     /// Events of the model come first, then those of the simulation.
     index: usize,
+    direction: Direction,
     start: f64,
     middle: f64,
     end: f64,
@@ -60,42 +64,97 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
 
     /// The state of the motion at a time.
     pub(crate) fn state_at(&self, t: f64, y: &Phase<M::Vector>) -> M::State {
-        let mut state = self.start;
-        state = M::State::new(t, y.q, y.u, *state.inputs());
+        let mut state = M::State::new(t, y.q, y.u, *self.start.inputs());
         *state.active_set_mut() = self.start.active_set();
         state
     }
 
-    /// The same simulation from a later state of its motion.
-    pub(crate) fn starting_at(self, start: M::State) -> Self {
-        Self { start, first: None, ..self }
+    /// Most steps.
+    pub(crate) fn step_limit(&self) -> u64 {
+        self.max_steps
+    }
+
+    /// The same simulation from a later state of its motion, with the tolerances that it had there.
+    pub(crate) fn going_on_from(self, start: M::State, tolerances: Tolerances) -> Self {
+        Self { start, first: None, tolerances: Some((tolerances, ToleranceOption::Tolerances)), ..self }
+    }
+
+    /// Whether implicit steps that are so much longer than these that they are worthwhile are as accurate:
+    /// what stiffness means. `stiffness_detection.rs` says why.
+    #[cold]
+    pub(crate) fn is_stiff(
+        &self,
+        constants: &M::Constants,
+        options: &StepOptions,
+        (t, y): (f64, &Phase<M::Vector>),
+        mean_step: f64,
+    ) -> bool {
+        let Some(end) = self.end else { return false };
+        let tolerance = options.tolerances.absolute.max(options.tolerances.relative);
+        if M::Vector::LEN > MAX_IMPLICIT_COORDINATES
+            || tolerance < FINEST_TOLERANCE
+            || mean_step > 0.5 * options.most
+        {
+            return false;
+        }
+        let Ok(a) = self.model.accelerations_with(constants, &self.state_at(t, y)) else { return false };
+        let now = StepNode { t, y: *y, a };
+        LENGTHS_FROM_ONE_PLACE.iter().all(|part| {
+            let h = (part * worthwhile_factor(M::Vector::LEN) * mean_step).copysign(end - t);
+            h.abs() <= (end - t).abs() && self.implicit_step_passes(constants, &options.tolerances, now, h)
+        })
     }
 
     /// What a lane needs; `None` where the simulation is to be run alone: it has options that lanes do not
     /// have, or its start or its options are wrong, which its own run reports.
     pub(crate) fn side_by_side(&self) -> Option<LanePlan<M>> {
-        #[cfg(feature = "progress")]
-        let shows_progress = self.progress;
+        // All options, so that none is forgotten.
+        let Self {
+            model: _,
+            start: _,
+            end,
+            method,
+            tolerances,
+            fixed,
+            first: _,
+            most: _,
+            max_steps: _,
+            output,
+            law,
+            added_events: _,
+            actions: _,
+            contacts,
+            sticking,
+            formulation,
+            drift_limit,
+            consistent_output,
+            estimates_error,
+            cancel,
+            #[cfg(feature = "progress")]
+            progress,
+        } = self;
         #[cfg(not(feature = "progress"))]
-        let shows_progress = false;
-        let is_plain = self.method.is_none()
-            && self.fixed.is_none()
-            && self.law.is_none()
-            && self.contacts.is_empty()
-            && self.sticking.is_empty()
-            && self.formulation.is_none()
-            && self.cancel.is_none()
-            && !self.consistent_output
-            && !self.estimates_error
-            && !shows_progress
-            && matches!(self.output, Output::Steps);
-        let end = self.end.filter(|end| is_plain && end.is_finite() && *end != self.start.t())?;
+        let progress = &false;
+        let is_plain = method.is_none()
+            && fixed.is_none()
+            && law.is_none()
+            && contacts.is_empty()
+            && sticking.is_empty()
+            && formulation.is_none()
+            && cancel.is_none()
+            && *drift_limit > 0.0
+            && !consistent_output
+            && !estimates_error
+            && !progress
+            && matches!(output, Output::Steps);
+        let end = end.filter(|end| is_plain && end.is_finite() && *end != self.start.t())?;
+        check_event_names(&self.event_names(), M::EVENTS.len()).ok()?;
         OptionError::check_parameters(self.model).ok()?;
         self.check_start().ok()?;
         let mut options = self.check_steps().ok()?;
         let constants = self.model.constants().ok()?;
         let events = self.watched_events()?;
-        if self.tolerances.is_none_or(|(_, option)| option == ToleranceOption::Tolerance) {
+        if tolerances.is_none_or(|(_, option)| option == ToleranceOption::Tolerance) {
             let method: SharedMethod<M> = Arc::new(choice::Verner9);
             self.make_pilot_run(&method, &constants, &mut options, end);
         }
@@ -112,18 +171,18 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         )
         .ok()?;
         let first = stepper.proposed_step();
-        Some(LanePlan { constants, options, max_steps: self.max_steps, end, first, events })
+        Some(LanePlan { constants, options, end, first, events })
     }
 
     /// The events that act, with their values at the start; `None` where a name is unknown, or where a value
     /// is zero or does not exist.
     fn watched_events(&self) -> Option<WatchedEvents> {
         let mut events = Vec::with_capacity(self.actions.len());
-        for (name, ..) in &self.actions {
+        for (name, direction, _) in &self.actions {
             let own = M::EVENTS.iter().position(|event| event.name == name);
             let added = || Some(M::EVENTS.len() + self.added_events.iter().position(|e| e.name == *name)?);
             let index = own.or_else(added)?;
-            events.push(WatchedEvent { index, start: 0.0, middle: 0.0, end: 0.0 });
+            events.push(WatchedEvent { index, direction: *direction, start: 0.0, middle: 0.0, end: 0.0 });
         }
         let mut watched = WatchedEvents { events, of_model: vec![0.0; M::EVENTS.len()] };
         let is_crossed = |event: &WatchedEvent| event.end == 0.0;
@@ -160,8 +219,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         watched.events.iter_mut().for_each(|event| event.start = event.end);
         let has_values = self.evaluate(watched, &self.middle(from, to), |event| &mut event.middle)
             && self.evaluate(watched, to, |event| &mut event.end);
-        !has_values
-            || watched.events.iter().any(|event| comes_near_zero([event.start, event.middle, event.end]))
+        !has_values || watched.events.iter().any(WatchedEvent::may_act)
     }
 
     /// The state in the middle of a step, by the cubic through q and q̇ at its ends.
@@ -177,15 +235,26 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
     }
 }
 
-/// Whether a function with these values at the start, in the middle and at the end of a step changes its
-/// sign, or the parabola through them comes near zero.
-fn comes_near_zero([a, b, c]: [f64; 3]) -> bool {
-    if a.signum() != b.signum() || b.signum() != c.signum() || c == 0.0 {
-        return true;
+impl WatchedEvent {
+    /// Whether the function changes its sign in the step in a direction that counts, or the parabola through
+    /// its values comes near zero.
+    fn may_act(&self) -> bool {
+        let values @ [a, b, c] = [self.start, self.middle, self.end];
+        if values.contains(&0.0) {
+            return true;
+        }
+        let crosses = |from: f64, to: f64| {
+            let found = if from < 0.0 { Direction::Rising } else { Direction::Falling };
+            from.signum() != to.signum() && self.direction.admits(found)
+        };
+        if crosses(a, b) || crosses(b, c) {
+            return true;
+        }
+        // p(x) = a − slope x + bend x², x from 0 to 1, in the direction away from zero.
+        let [a, b, c] = values.map(|value| value * a.signum());
+        let (slope, bend) = (3.0 * a - 4.0 * b + c, 2.0 * a - 4.0 * b + 2.0 * c);
+        let has_minimum = slope > 0.0 && slope < 2.0 * bend;
+        let least = a - slope * slope / (4.0 * bend);
+        has_minimum && b > 0.0 && c > 0.0 && least < NEAR_EVENT * a.max(b).max(c)
     }
-    let [a, b, c] = [a.abs(), b.abs(), c.abs()];
-    // p(x) = a − slope x + bend x², x from 0 to 1.
-    let (slope, bend) = (3.0 * a - 4.0 * b + c, 2.0 * a - 4.0 * b + 2.0 * c);
-    let has_minimum = slope > 0.0 && slope < 2.0 * bend;
-    has_minimum && a - slope * slope / (4.0 * bend) < NEAR_EVENT * a.max(b).max(c)
 }

@@ -39,14 +39,14 @@ const WORTHWHILE_LENGTH: (f64, f64) = (20.0, 0.02);
 const TIGHT_TOLERANCE: f64 = 1e-11;
 /// Tolerance below which the method is not changed: Newton's iterations of an implicit method leave a larger
 /// error. Stiffness is still reported where steps run out.
-const FINEST_TOLERANCE: f64 = 1e-13;
+pub(crate) const FINEST_TOLERANCE: f64 = 1e-13;
 /// Further factors of the length of implicit trial steps at tight tolerances, tried in turn: rounding may
 /// hold the explicit steps far inside the border of stability.
 const LENGTHS_IN_TURN: [f64; 3] = [1.0, 5.0, 25.0];
 /// Trials in a row that have to pass: a single one may pass by the chance position of its stages.
 const PASSES_IN_A_ROW: u32 = 2;
 /// Factors of the lengths of two trials from one state, for the same reason.
-const LENGTHS_FROM_ONE_PLACE: [f64; 2] = [1.0, 1.3];
+pub(crate) const LENGTHS_FROM_ONE_PLACE: [f64; 2] = [1.0, 1.3];
 
 /// The factor of [`WORTHWHILE_LENGTH`] for a number of coordinates.
 pub(crate) fn worthwhile_factor(coordinates: usize) -> f64 {
