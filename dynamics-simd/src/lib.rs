@@ -2,10 +2,10 @@
 //!
 //! * [`Lanes`] is the trait of such numbers: `f64` has one lane, [`Portable`] has four on every target. On
 //!   x86-64 there are two more types, of four and eight lanes, in `x86.rs`.
-//! * [`Task`] is code that is generic over them. [`in_four_lanes`], [`in_widest_lanes`] and [`in_fused_lanes`]
-//!   run a task with the vectors that the processor has, found at run time: a program that was compiled for
-//!   every x86-64 processor uses AVX2 or AVX-512 where it is. Methods use four lanes. Many runs side by side
-//!   use two of the widest vectors, which is the fastest for long tasks.
+//! * [`Task`] is code that is generic over them. [`in_four_lanes`], [`in_widest_lanes`] and
+//!   [`in_fused_lanes`] run a task with the vectors that the processor has, found at run time: a program that
+//!   was compiled for every x86-64 processor uses AVX2 or AVX-512 where it is. Methods use four lanes. Many
+//!   runs side by side use two of the widest vectors, which is the fastest for long tasks.
 //! * [`sin_cos`] has sines and cosines, alone and side by side.
 //!
 //! **The same bits everywhere.** Every operation rounds each lane as `f64` does, in the same order. Products

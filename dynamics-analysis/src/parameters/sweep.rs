@@ -99,9 +99,9 @@ impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
     }
 
     /// Makes all runs and keeps numbers of their ends only. `options` completes the simulation of a run:
-    /// `.until(..)`, a tolerance, events. `of_end` gets its model and its last state, at the end time or where
-    /// `.stop_at(..)` ended it. This takes a part of the time of [`Sweeping::run`] where runs can be made side
-    /// by side, see [`ends`].
+    /// `.until(..)`, a tolerance, events. `of_end` gets its model and its last state, at the end time or
+    /// where `.stop_at(..)` ended it. This takes a part of the time of [`Sweeping::run`] where runs can be
+    /// made side by side, see [`ends`].
     ///
     /// ```text
     /// let sweep = sweep.ends(["theta1"], |run| run.until(30.0), |_, end| [end.theta1()])?;

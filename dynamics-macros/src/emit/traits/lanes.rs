@@ -13,8 +13,9 @@ use super::solves::Staged;
 use super::unrolled::MOST_STEPS_TWICE;
 
 impl Emission<'_> {
-    /// `const HAS_LANES`, `fn accelerations_in_lanes` and what of the model it reads, where the accelerations are straight-line code
-    /// without choices: these would have to be made lane by lane, as would calls of the user's functions.
+    /// `const HAS_LANES`, `fn accelerations_in_lanes` and what of the model it reads, where the accelerations
+    /// are straight-line code without choices: these would have to be made lane by lane, as would calls of
+    /// the user's functions.
     pub(super) fn accelerations_in_lanes(&self, staged: &Staged) -> TokenStream {
         let program = &self.compiled.programs.accelerations;
         let n = self.degrees();
