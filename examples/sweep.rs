@@ -51,7 +51,10 @@ impl DoublePendulum {
 const LONGEST: f64 = 10.0;
 
 /// A run ends where one of the angles reaches ±π.
-fn to_first_flip(run: Simulation<'_, DoublePendulum>) -> Simulation<'_, DoublePendulum> {
+fn to_first_flip<'m>(
+    _: &'m DoublePendulum,
+    run: Simulation<'m, DoublePendulum>,
+) -> Simulation<'m, DoublePendulum> {
     run.until(LONGEST)
         .tolerance(1e-6)
         .event("upper", |state| state.theta1().powi(2) - PI * PI)

@@ -98,13 +98,13 @@ impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
         self
     }
 
-    /// Makes all runs and keeps numbers of their ends only. `options` completes the simulation of a run:
-    /// `.until(..)`, a tolerance, events. `of_end` gets its model and its last state, at the end time or
-    /// where `.stop_at(..)` ended it. This takes a part of the time of [`Sweeping::run`] where runs can be
+    /// Makes all runs and keeps numbers of their ends only. `options` gets the model and the simulation of a
+    /// run and completes it: `.until(..)`, a tolerance, events. `of_end` gets the model and the last state, at
+    /// the end time or where `.stop_at(..)` ended the run. This takes a part of the time of [`Sweeping::run`] where runs can be
     /// made side by side, see [`ends`].
     ///
     /// ```text
-    /// let sweep = sweep.ends(["theta1"], |run| run.until(30.0), |_, end| [end.theta1()])?;
+    /// let sweep = sweep.ends(["theta1"], |_, run| run.until(30.0), |_, end| [end.theta1()])?;
     /// ```
     ///
     /// # Errors
@@ -112,7 +112,7 @@ impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
     pub fn ends<const K: usize>(
         self,
         names: [&str; K],
-        options: impl Fn(Simulation<'_, M>) -> Simulation<'_, M> + Sync,
+        options: impl for<'a> Fn(&'a M, Simulation<'a, M>) -> Simulation<'a, M> + Sync,
         of_end: impl Fn(&M, M::State) -> [f64; K] + Sync,
     ) -> Result<Sweep<K>, SweepError>
     where
@@ -121,7 +121,7 @@ impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
         let grid = self.grid()?;
         let block = |runs: Range<usize>| {
             let points: Vec<(M, M::State)> = runs.map(|index| self.point(&grid, index)).collect();
-            let ends = ends(points.iter().map(|(model, start)| options(model.simulate(*start))));
+            let ends = ends(points.iter().map(|(model, start)| options(model, model.simulate(*start))));
             let kept = |(end, (model, _)): (Result<M::State, _>, &(M, M::State))| Ok(of_end(model, end?));
             ends.into_iter().zip(&points).map(kept).collect()
         };

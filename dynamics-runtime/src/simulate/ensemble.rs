@@ -8,9 +8,10 @@
 //!   for what lanes do not have (`simulation/side_by_side.rs` has the list), if the steps meet something
 //!   unusual (`integrate/side_by_side.rs`), or if it is stiff: every [`TRIAL_INTERVAL`] attempts an implicit
 //!   step is tried, as in a run alone;
-//! * from the step before an event that acts. The event functions are compared at the ends and in the middle
-//!   of each step; what only comes near zero there is looked at closely, too. The tolerances stay those of
-//!   the run; its limit of steps begins anew.
+//! * from the step before an event that acts. The functions of such events are compared at nine places of
+//!   each step; what only comes near zero there is looked at closely, too. The tolerances stay those of the
+//!   run; its limit of steps begins anew. Events that do not act are not evaluated: a run does not fail
+//!   because such a function has no value.
 //!
 //! Whether a run is made alone depends on that run, so results do not depend on the number of lanes.
 
@@ -32,7 +33,8 @@ const TRIAL_INTERVAL: u64 = 1_000;
 /// The ends of simulations of one model, in their order: many starts, many values of parameters, random
 /// samples. Where the model has no constraints and no choices, as many run side by side as the vectors of the
 /// processor have lanes, by Verner 9(8), with tolerances as in [`Simulation`]. All others are run one by one.
-/// A run that fails is its error; what it computed is not kept.
+/// A run that fails is its error; what it computed is not kept. It takes one core: for several call it in
+/// several threads, or use a sweep.
 ///
 /// The simulations may differ in their models, starts, ends and tolerances.
 ///

@@ -181,6 +181,31 @@ fn two_crossings_within_a_step_are_not_missed() {
     }
 }
 
+/// Functions with a corner, a narrow hump or a turning point near zero are found, and so are two fast roots.
+#[test]
+fn narrow_events_are_found_as_alone() {
+    let points = driven(80);
+    type Event = fn(&State<Driven>) -> f64;
+    let events: [Event; 3] = [
+        |state| (state.t() - 1.5).abs() - 0.01,
+        |state| 0.5 - (-((state.t() - 1.5) / 0.03).powi(2)).exp(),
+        |state| state.theta_rate().powi(2) - 1e-2,
+    ];
+    for (kind, event) in events.into_iter().enumerate() {
+        let run = |(model, start): &'_ (Driven, State<Driven>)| -> f64 {
+            let run = model.simulate(*start).until(2.0).event("n", event).stop_at("n", Direction::Any);
+            run.run_with(|_| ()).unwrap().t()
+        };
+        let together = ends(points.iter().map(|(model, start)| {
+            model.simulate(*start).until(2.0).event("n", event).stop_at("n", Direction::Any)
+        }));
+        for (k, (point, end)) in points.iter().zip(together).enumerate() {
+            let (time, alone) = (end.unwrap().t(), run(point));
+            assert!((time - alone).abs() < 1e-5, "{kind}, {k}: {time} {alone}");
+        }
+    }
+}
+
 /// Actions change states, and may be called in every run.
 #[test]
 fn actions_act_as_alone() {
@@ -390,7 +415,7 @@ fn a_sweep_of_ends_is_that_of_its_runs() {
         model.sweep(start).over("theta1", angles).over("m2", (1..30).map(|k| 0.1 * f64::from(k)))
     };
     let angle = ["theta2"];
-    let ends = sweep().ends(angle, |run| run.until(0.8), |model, end| [end.theta2() * model.m1]).unwrap();
+    let ends = sweep().ends(angle, |_, run| run.until(0.8), |model, end| [end.theta2() * model.m1]).unwrap();
     let run = |model: &DoublePendulum, start| Ok([model.simulate(start).until(0.8).run()?.end().theta2()]);
     let runs = sweep().run(angle, run).unwrap();
     assert_eq!(ends.axes, runs.axes);
@@ -402,7 +427,7 @@ fn a_sweep_of_ends_is_that_of_its_runs() {
     #[cfg(feature = "parallel")]
     for threads in [1, 2, 5] {
         let sweep = sweep().threads(threads);
-        let again = sweep.ends(angle, |run| run.until(0.8), |model, end| [end.theta2() * model.m1]);
+        let again = sweep.ends(angle, |_, run| run.until(0.8), |model, end| [end.theta2() * model.m1]);
         assert_eq!(ends, again.unwrap());
     }
 }
@@ -410,11 +435,11 @@ fn a_sweep_of_ends_is_that_of_its_runs() {
 #[test]
 fn a_sweep_of_ends_reports_what_is_wrong_with_it() {
     let (model, start) = pendulum();
-    let without_end = model.sweep(start).over("theta1", [0.1]).ends(["t"], |run| run, |_, end| [end.t()]);
+    let without_end = model.sweep(start).over("theta1", [0.1]).ends(["t"], |_, run| run, |_, end| [end.t()]);
     let without_end = without_end.unwrap();
     let failure = without_end.results[0].as_ref().unwrap_err();
     assert!(failure.message.contains(".until("), "{failure}");
     let failed = model.sweep(start).over("m1", [1.0, 0.0, 2.0]);
-    let failed = failed.ends(["t"], |run| run.until(0.1), |_, end| [end.t()]).unwrap();
+    let failed = failed.ends(["t"], |model, run| run.until(0.1 * model.l1), |_, end| [end.t()]).unwrap();
     assert_eq!(failed.failures().map(|(k, _)| k).collect::<Vec<_>>(), [1]);
 }

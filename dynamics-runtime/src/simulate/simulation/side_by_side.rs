@@ -16,8 +16,10 @@ use crate::simulate::run::monitors::stiffness_detection::{
 use crate::simulate::simulation::check::{MAX_IMPLICIT_COORDINATES, check_event_names};
 use crate::simulate::simulation::{Output, Simulation, ToleranceOption};
 
-/// A step comes near an event if the parabola through three values of its function comes this near zero, in
-/// parts of the largest of them.
+/// Parts of a step at whose ends event functions are compared: as many as of Verner 9(8) alone.
+const EVENT_PARTS: usize = 8;
+/// A step comes near an event if a parabola through three neighbouring values of its function comes this near
+/// zero, in parts of the largest of them.
 const NEAR_EVENT: f64 = 0.1;
 
 /// A simulation that is made in a lane.
@@ -48,9 +50,7 @@ struct WatchedEvent {
     /// Events of the model come first, then those of the simulation.
     index: usize,
     direction: Direction,
-    start: f64,
-    middle: f64,
-    end: f64,
+    values: [f64; EVENT_PARTS + 1],
 }
 
 impl<'m, M: SimulationModel> Simulation<'m, M> {
@@ -182,20 +182,20 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
             let own = M::EVENTS.iter().position(|event| event.name == name);
             let added = || Some(M::EVENTS.len() + self.added_events.iter().position(|e| e.name == *name)?);
             let index = own.or_else(added)?;
-            events.push(WatchedEvent { index, direction: *direction, start: 0.0, middle: 0.0, end: 0.0 });
+            events.push(WatchedEvent { index, direction: *direction, values: [0.0; EVENT_PARTS + 1] });
         }
         let mut watched = WatchedEvents { events, of_model: vec![0.0; M::EVENTS.len()] };
-        let is_crossed = |event: &WatchedEvent| event.end == 0.0;
-        let has_values = self.evaluate(&mut watched, &self.start, |event| &mut event.end);
+        let is_crossed = |event: &WatchedEvent| event.values[EVENT_PARTS] == 0.0;
+        let has_values = self.evaluate(&mut watched, &self.start, EVENT_PARTS);
         (has_values && !watched.events.iter().any(is_crossed)).then_some(watched)
     }
 
-    /// Evaluates events at a state. False where one has no value.
+    /// Evaluates events at a state, the end of a part of a step. False where one has no value.
     fn evaluate(
         &self,
         WatchedEvents { events, of_model }: &mut WatchedEvents,
         state: &M::State,
-        place: impl Fn(&mut WatchedEvent) -> &mut f64,
+        part: usize,
     ) -> bool {
         let is_of_model = |event: &WatchedEvent| event.index < M::EVENTS.len();
         if events.iter().any(is_of_model) && self.model.events(state, of_model).is_err() {
@@ -208,53 +208,55 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
                 None => (self.added_events[event.index - M::EVENTS.len()].function)(state),
             };
             has_values &= !value.is_nan();
-            *place(event) = value;
+            event.values[part] = value;
         }
         has_values
     }
 
-    /// Whether an event may have acted in a step: its function has changed its sign between the ends and the
-    /// middle, comes near zero, or has no value.
+    /// Whether an event may have acted in a step: its function has changed its sign between parts, comes near
+    /// zero, or has no value.
     pub(crate) fn may_act(&self, watched: &mut WatchedEvents, from: &M::State, to: &M::State) -> bool {
-        watched.events.iter_mut().for_each(|event| event.start = event.end);
-        let has_values = self.evaluate(watched, &self.middle(from, to), |event| &mut event.middle)
-            && self.evaluate(watched, to, |event| &mut event.end);
-        !has_values || watched.events.iter().any(WatchedEvent::may_act)
+        watched.events.iter_mut().for_each(|event| event.values[0] = event.values[EVENT_PARTS]);
+        (1..EVENT_PARTS).any(|part| !self.evaluate(watched, &self.between(from, to, part), part))
+            || !self.evaluate(watched, to, EVENT_PARTS)
+            || watched.events.iter().any(WatchedEvent::may_act)
     }
 
-    /// The state in the middle of a step, by the cubic through q and q̇ at its ends.
-    fn middle(&self, from: &M::State, to: &M::State) -> M::State {
-        let h = to.t() - from.t();
+    /// The state at the end of a part of a step, by the cubic through q and q̇ at the ends of the step.
+    fn between(&self, from: &M::State, to: &M::State, part: usize) -> M::State {
+        let (h, x) = (to.t() - from.t(), part as f64 / EVENT_PARTS as f64);
         let mut y = Phase { q: *from.q(), u: *from.u() };
         for i in 0..M::Vector::LEN {
-            let [(a, b), (u, v)] = [(from.q()[i], to.q()[i]), (from.u()[i], to.u()[i])];
-            y.q[i] = 0.5 * (a + b) + 0.125 * h * (u - v);
-            y.u[i] = 1.5 * (b - a) / h - 0.25 * (u + v);
+            let (u, v) = (from.u()[i], to.u()[i]);
+            let slope = (to.q()[i] - from.q()[i]) / h;
+            let (bend, twist) = (3.0 * slope - 2.0 * u - v, u + v - 2.0 * slope);
+            y.q[i] += h * x * (u + x * (bend + x * twist));
+            y.u[i] = u + x * (2.0 * bend + 3.0 * x * twist);
         }
-        self.state_at(from.t() + 0.5 * h, &y)
+        self.state_at(from.t() + x * h, &y)
     }
 }
 
 impl WatchedEvent {
-    /// Whether the function changes its sign in the step in a direction that counts, or the parabola through
+    /// Whether the function changes its sign in the step in a direction that counts, or a parabola through
     /// its values comes near zero.
     fn may_act(&self) -> bool {
-        let values @ [a, b, c] = [self.start, self.middle, self.end];
-        if values.contains(&0.0) {
-            return true;
-        }
-        let crosses = |from: f64, to: f64| {
-            let found = if from < 0.0 { Direction::Rising } else { Direction::Falling };
-            from.signum() != to.signum() && self.direction.admits(found)
+        let crosses = |pair: &[f64]| {
+            let found = if pair[0] < 0.0 { Direction::Rising } else { Direction::Falling };
+            pair[0].signum() != pair[1].signum() && self.direction.admits(found)
         };
-        if crosses(a, b) || crosses(b, c) {
-            return true;
-        }
-        // p(x) = a − slope x + bend x², x from 0 to 1, in the direction away from zero.
-        let [a, b, c] = values.map(|value| value * a.signum());
-        let (slope, bend) = (3.0 * a - 4.0 * b + c, 2.0 * a - 4.0 * b + 2.0 * c);
-        let has_minimum = slope > 0.0 && slope < 2.0 * bend;
-        let least = a - slope * slope / (4.0 * bend);
-        has_minimum && b > 0.0 && c > 0.0 && least < NEAR_EVENT * a.max(b).max(c)
+        self.values.contains(&0.0)
+            || self.values.windows(2).any(crosses)
+            || self.values.windows(3).any(|values| comes_near_zero([values[0], values[1], values[2]]))
     }
+}
+
+/// Whether the parabola through three values of one sign comes near zero between them.
+fn comes_near_zero(values: [f64; 3]) -> bool {
+    // p(x) = a − slope x + bend x², x from 0 to 1, positive away from zero.
+    let [a, b, c] = values.map(|value| value * values[0].signum());
+    let (slope, bend) = (3.0 * a - 4.0 * b + c, 2.0 * a - 4.0 * b + 2.0 * c);
+    let has_minimum = slope > 0.0 && slope < 2.0 * bend;
+    let least = a - slope * slope / (4.0 * bend);
+    has_minimum && b > 0.0 && c > 0.0 && least < NEAR_EVENT * a.max(b).max(c)
 }
