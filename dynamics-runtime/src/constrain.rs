@@ -35,9 +35,6 @@ pub use active_set::{ActiveRows, active_rows};
 pub use compare::{Comparison, FormulationResult};
 pub use correct::{correct, solve_baumgarte};
 pub use embed::Embedding;
-#[doc(hidden)]
-#[cfg(feature = "alloc")]
-pub use gradients::jacobian_product;
 pub(crate) use gradients::{Gradients, distance};
 pub use impact::{ImpactSolution, impact};
 #[cfg(feature = "alloc")]

@@ -7,8 +7,8 @@ use allocation_counter::measure;
 use common::constrained::{FourBar, Held, PainleveRod, constraint, held};
 use common::{PlainState, at_rest_or_not, conserved, names};
 use dynamics_runtime::constrain::{
-    self, Embedding, correct, impact, jacobian_product, project_positions, project_velocities, solve,
-    solve_general, solve_once, with_workspace,
+    self, Embedding, correct, impact, project_positions, project_velocities, solve, solve_general,
+    solve_once, with_workspace,
 };
 use dynamics_runtime::error::{SingularMassMatrix, SolveError};
 use dynamics_runtime::mechanism::Mechanism as _;
@@ -515,59 +515,5 @@ proptest! {
         prop_assert!(missed.amax() < 1e-11, "{missed}");
         let comparison = rough.compare_formulations(&state).unwrap();
         prop_assert!(comparison.applicable() == 4 && comparison.disagreement() < 1e-11, "{comparison}");
-    }
-}
-
-/// Rows that move, two of them for velocities alone: Φ̇ = Φ_q q̇ + Φ_t.
-#[derive(Clone, Copy, Debug)]
-struct Moving {
-    still: Six,
-    rates: SVector<f64, 4>,
-}
-
-impl Held<6, 2, 4> for Moving {
-    fn mass(&self, s: &PlainState<6, 0>) -> SMatrix<f64, 6, 6> {
-        self.still.mass(s)
-    }
-    fn force(&self, s: &PlainState<6, 0>) -> SVector<f64, 6> {
-        self.still.force(s)
-    }
-    fn energy(&self, s: &PlainState<6, 0>) -> f64 {
-        self.still.energy(s)
-    }
-    fn phi(&self, s: &PlainState<6, 0>) -> SVector<f64, 2> {
-        self.still.phi(s).fixed_rows::<2>(0).into()
-    }
-    fn phi_q(&self, s: &PlainState<6, 0>) -> SMatrix<f64, 4, 6> {
-        self.still.phi_q(s)
-    }
-    fn phi_t(&self, _: &PlainState<6, 0>) -> SVector<f64, 4> {
-        self.rates
-    }
-    fn right(&self, s: &PlainState<6, 0>) -> SVector<f64, 4> {
-        self.still.right(s)
-    }
-}
-held!(Moving, 6 coordinates ["a", "b", "c", "d", "e", "f"], 2 + 2 = 4 rows ["p", "q", "r", "s"],
-    [constraint("p", ConstraintKind::Holonomic, 0, 2), constraint("r", ConstraintKind::Nonholonomic, 2, 2)],
-    friction false, events []);
-
-proptest! {
-    #![proptest_config(config(13))]
-
-    /// Changes of every size, as errors of steps are.
-    #[test]
-    fn rates_of_rows_give_the_product_with_their_gradients(
-        jacobian in matrix::<4, 6>(), rates in matrix::<4, 1>(), u in matrix::<6, 1>(),
-        change in matrix::<6, 1>(), exponent in -90..8,
-    ) {
-        let still = Six::with_solution(SMatrix::identity(), jacobian, u, rates);
-        let change = change * 10f64.powi(exponent);
-        for u in [u, SVector::zeros()] {
-            let state = at_rest_or_not([0.0; 6], u.into());
-            let product = jacobian_product(&Moving { still, rates }, &state, &change);
-            let error = (product - jacobian * change).amax();
-            prop_assert!(error <= 1e-14 * change.amax(), "{error:e}");
-        }
     }
 }

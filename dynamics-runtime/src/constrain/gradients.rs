@@ -11,8 +11,6 @@ use crate::linalg::dot;
 use crate::linalg::{max_abs, norm};
 #[cfg(feature = "alloc")]
 use crate::math;
-#[cfg(feature = "alloc")]
-use crate::model::ModelState;
 use crate::model::{Constraints, Terms, Vector};
 
 /// Φ_q by rows, in a workspace that the caller lends, because by value it may be too large for a stack. Rows
@@ -145,40 +143,6 @@ fn clear_vanished_rows(rows: &mut [f64], n: usize, lengths_here: &[f64], usual_l
             row.fill(0.0);
         }
     }
-}
-
-/// Changes are not enlarged by more than this, so that their products stay finite.
-#[cfg(feature = "alloc")]
-const LARGEST_SCALE: f64 = 1e100;
-
-/// The largest power of two up to a positive number.
-#[cfg(feature = "alloc")]
-fn power_of_two_below(x: f64) -> f64 {
-    f64::from_bits(x.to_bits() & f64::INFINITY.to_bits())
-}
-
-/// Φ_q δ by Φ̇ = Φ_q q̇ + Φ_t, which is linear in the velocities. It takes the operations of Φ̇.
-/// A matrix of R × N elements, nearly all zero in large models, would have to be written and read.
-// Public for tests alone.
-#[doc(hidden)]
-#[cfg(feature = "alloc")]
-pub fn jacobian_product<M: Constraints>(model: &M, state: &M::State, change: &M::Vector) -> M::Rows {
-    let mut at = *state;
-    // Without time and velocity rows Φ̇ is 0 at rest. Otherwise the change is made as large as the
-    // velocities, by a power of two, so that it keeps its digits beside Φ_t.
-    let is_homogeneous = !M::EXPLICIT_TIME && M::Residual::LEN == M::Rows::LEN;
-    let (size, speed) = (max_abs(change.as_slice()), math::max(1.0, max_abs(state.u().as_slice())));
-    let enlarged = || power_of_two_below((speed / size).clamp(1.0, LARGEST_SCALE));
-    let scale = if is_homogeneous { 1.0 } else { enlarged() };
-    at.u_mut().as_mut_slice().iter_mut().zip(change.as_slice()).for_each(|(u, x)| *u = scale * x);
-    let mut rates = model.velocity_residual(&at);
-    if !is_homogeneous {
-        at.u_mut().as_mut_slice().fill(0.0);
-        let at_rest = model.velocity_residual(&at);
-        let each = rates.as_mut_slice().iter_mut().zip(at_rest.as_slice());
-        each.for_each(|(rate, at_rest)| *rate = (*rate - at_rest) / scale);
-    }
-    rates
 }
 
 /// M at a state by rows, in a workspace that the caller lends. Without Q, Φ_q and γ where the model is

@@ -224,10 +224,12 @@ impl<M: Constraints> Stabilization<M> {
         change: &M::Vector,
         rows: usize,
     ) -> Result<M::Vector, SolveError> {
-        let mut rates = constrain::jacobian_product(model, state, change);
-        for (row, rate) in rates.as_mut_slice().iter_mut().enumerate() {
-            if row >= rows || !holds::<M>(state.active_set(), row) {
-                *rate = 0.0;
+        let jacobian = Gradients::of(model, state, &mut self.workspace).rows;
+        let mut rates = M::Rows::zeros();
+        let gradients = jacobian.chunks_exact(M::Vector::LEN).zip(rates.as_mut_slice()).enumerate();
+        for (row, (gradient, rate)) in gradients.take(rows) {
+            if holds::<M>(state.active_set(), row) {
+                *rate = gradient.iter().zip(change.as_slice()).map(|(a, b)| a * b).sum();
             }
         }
         constrain::correct(model, &self.constants, state, &rates, &mut self.workspace)
