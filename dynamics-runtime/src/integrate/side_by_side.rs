@@ -58,9 +58,9 @@ const STAGES: usize = 16;
 const ROWS: [&[(usize, f64)]; STAGES] =
     [&[], &A1, &A2, &A3, &A4, &A5, &A6, &A7, &A8, &A9, &A10, &A11, &A12, &A13, &A14, &A15];
 
-/// Factor below 1 of the step. On 1,024 double pendulums at tolerances from 1e-6 to 1e-12, 0.9 rejects a fifth
-/// to a quarter of the attempts, and 0.75 a sixth (1e-6) to a fiftieth (1e-12): from 1e-9 on that is 7 % to
-/// 11 % fewer attempts, for no larger errors.
+/// Factor below 1 of the step. On 1,024 double pendulums at tolerances from 1e-6 to 1e-12, 0.9 rejects a
+/// fifth to a quarter of the attempts, and 0.75 a sixth (1e-6) to a fiftieth (1e-12): from 1e-9 on that is
+/// 7 % to 11 % fewer attempts, for no larger errors.
 const SAFETY: f64 = 0.75;
 /// Smallest and largest factor of the step: those of `Verner9`.
 const SHRINK: f64 = 0.333;
