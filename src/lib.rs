@@ -118,8 +118,8 @@ pub mod prelude {
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::model::Draw as _;
     pub use dynamics_runtime::model::{
-        Constraints as _, Dynamics, Energies as _, Events as _, Linearize as _, Model as _, ModelState as _,
-        Outputs as _, Parameters as _, Powers as _,
+        Constraints as _, Described as _, Dynamics, Energies as _, Events as _, Linearize as _, Model as _,
+        ModelState as _, Outputs as _, Parameters as _, Powers as _,
     };
     pub use dynamics_runtime::{SmoothFunction as _, TimeDerivative as _};
 }
@@ -153,8 +153,8 @@ pub mod __private {
     pub use dynamics_runtime::model::Draw;
     pub use dynamics_runtime::model::{
         ActiveSet, AngleSet, Assumption, AssumptionKind, Block, Branches, ConservedKind, ConservedQuantity,
-        Constraint, ConstraintKind, Constraints, Dynamics, Energies, Events, Expansion, Kink, LaneValues,
-        Linearize, Model, ModelState, Outputs, Parameters, Powers, Quantity, Solved, SolverKind,
+        Constraint, ConstraintKind, Constraints, Described, Dynamics, Energies, Events, Expansion, Kink,
+        LaneValues, Linearize, Model, ModelState, Outputs, Parameters, Powers, Quantity, Solved, SolverKind,
         StateJacobian, Terms, UnitDimension, Vector, WideOf,
     };
     #[cfg(feature = "alloc")]

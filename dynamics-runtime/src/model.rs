@@ -69,13 +69,27 @@ pub trait ModelState: Copy + PartialEq + Debug + Send + Sync + 'static {
     fn hold(&mut self, _branches: Branches) {}
 }
 
+/// A model, of whatever kind, whose functions take coordinates.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not declared as a model; put `#[derive(Dynamics)]` and `#[coordinates(..)]` on \
+        the struct",
+    label = "has no coordinates"
+)]
+pub trait Described {
+    /// Time jets of the coordinates, inputs and time: what the model's functions take as `q`.
+    type Coordinates;
+
+    /// The name of the struct.
+    const NAME: &'static str;
+}
+
 /// Sizes and types of a model: what `#[derive(Dynamics)]` generates from the struct alone.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not declared as a model; put `#[derive(Dynamics)]` and `#[coordinates(..)]` on \
         the struct",
     label = "has no coordinates"
 )]
-pub trait Model: Sized {
+pub trait Model: Described + Sized {
     /// `SVector<f64, N>` for N generalized coordinates.
     type Vector: Vector;
     /// `SMatrix<f64, N, N>`.
@@ -84,11 +98,6 @@ pub trait Model: Sized {
     type Inputs: Vector;
     /// The state type with the model's own names.
     type State: ModelState<Vector = Self::Vector, Inputs = Self::Inputs>;
-    /// Time jets of the coordinates, inputs and time: what the model's functions take as `q`.
-    type Coordinates;
-
-    /// The name of the struct.
-    const NAME: &'static str;
 
     /// Time jets at a state, with accelerations q̈ and multipliers λ as given: what helper functions,
     /// outputs and drawings are called with. Multipliers may be left out (`&[]`): reactions are then NaN.
@@ -106,7 +115,7 @@ pub type State<M> = <M as Model>::State;
 pub type WideOf<M, L> = <<M as Model>::Vector as Vector>::Wide<L>;
 
 /// What the functions of a model take as `q`: time jets of its coordinates, inputs and time.
-pub type Coordinates<M> = <M as Model>::Coordinates;
+pub type Coordinates<M> = <M as Described>::Coordinates;
 
 /// The equations of motion M(q,t) q̈ = Q(q,q̇,t) and what is derived from them, the units of all quantities
 /// included.

@@ -117,13 +117,17 @@ pub(super) fn model(surface: &Surface) -> TokenStream {
     quote! {
         #quiet
         #[automatically_derived]
+        impl #private::Described for #model {
+            type Coordinates = #coordinates_type;
+            const NAME: &'static #private::str = #name;
+        }
+        #quiet
+        #[automatically_derived]
         impl #private::Model for #model {
             type Vector = #private::SVector<#f64, #n>;
             type Matrix = #private::SMatrix<#f64, #n, #n>;
             type Inputs = #private::SVector<#f64, #m>;
             type State = #state_type;
-            type Coordinates = #coordinates_type;
-            const NAME: &'static #private::str = #name;
             #[inline]
             fn coordinates_with(
                 #state: &Self::State,

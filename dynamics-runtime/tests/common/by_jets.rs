@@ -6,8 +6,8 @@ use core::any::TypeId;
 use dynamics_runtime::Expr;
 use dynamics_runtime::error::{SingularMassMatrix, SolveError};
 use dynamics_runtime::model::{
-    ConservedQuantity, Constraint, ConstraintKind, Constraints, Dynamics, Events, Model, Outputs, Powers,
-    Quantity, Solved, SolverKind, Terms,
+    ConservedQuantity, Constraint, ConstraintKind, Constraints, Described, Dynamics, Events, Model, Outputs,
+    Powers, Quantity, Solved, SolverKind, Terms,
 };
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
@@ -97,13 +97,16 @@ impl<T: Mechanism<N, R>, const N: usize, const R: usize> Jets<T, N, R> {
     }
 }
 
+impl<T: Mechanism<N, R>, const N: usize, const R: usize> Described for Jets<T, N, R> {
+    type Coordinates = [Expr; N];
+    const NAME: &'static str = "mechanism";
+}
+
 impl<T: Mechanism<N, R>, const N: usize, const R: usize> Model for Jets<T, N, R> {
     type Vector = SVector<f64, N>;
     type Matrix = SMatrix<f64, N, N>;
     type Inputs = SVector<f64, 0>;
     type State = JetState<N>;
-    type Coordinates = [Expr; N];
-    const NAME: &'static str = "mechanism";
     fn coordinates_with(s: &Self::State, a: &Self::Vector, _: &[f64]) -> Self::Coordinates {
         core::array::from_fn(|i| Expr::coordinate(s.q[i], s.u[i], a[i]))
     }

@@ -52,13 +52,16 @@ macro_rules! held {
     ($model:ident, $n:literal coordinates $q:expr, $h:literal + $k:literal = $r:literal rows $rows:expr,
         $constraints:expr,
      friction $friction:literal, events $events:expr) => {
+        impl dynamics_runtime::model::Described for $model {
+            type Coordinates = (PlainState<$n, 0>, SVector<f64, $n>);
+            const NAME: &'static str = stringify!($model);
+        }
+
         impl Model for $model {
             type Vector = SVector<f64, $n>;
             type Matrix = SMatrix<f64, $n, $n>;
             type Inputs = SVector<f64, 0>;
             type State = PlainState<$n, 0>;
-            type Coordinates = (PlainState<$n, 0>, SVector<f64, $n>);
-            const NAME: &'static str = stringify!($model);
             fn coordinates_with(
                 state: &Self::State,
                 accelerations: &Self::Vector,

@@ -81,13 +81,16 @@ macro_rules! by_hand {
     ($model:ident, $n:literal, $m:literal, coordinates $q:expr, inputs $inputs:expr,
         conserved $conserved:expr,
      powers $powers:expr, outputs $outputs:expr, events $events:expr) => {
+        impl dynamics_runtime::model::Described for $model {
+            type Coordinates = (PlainState<$n, $m>, SVector<f64, $n>);
+            const NAME: &'static str = stringify!($model);
+        }
+
         impl Model for $model {
             type Vector = SVector<f64, $n>;
             type Matrix = SMatrix<f64, $n, $n>;
             type Inputs = SVector<f64, $m>;
             type State = PlainState<$n, $m>;
-            type Coordinates = (PlainState<$n, $m>, SVector<f64, $n>);
-            const NAME: &'static str = stringify!($model);
             fn coordinates_with(
                 state: &Self::State,
                 accelerations: &Self::Vector,

@@ -5,7 +5,7 @@ use nalgebra::{SMatrix, SVector};
 use super::*;
 use crate::error::{SingularMassMatrix, SolveError};
 use crate::expr::Expr;
-use crate::model::{ActiveSet, Dynamics, Events, Model, Outputs, Powers, Quantity, UnitDimension};
+use crate::model::{ActiveSet, Described, Dynamics, Events, Model, Outputs, Powers, Quantity, UnitDimension};
 
 /// x = cos t and y = sin t: two masses on springs, one of which has no unit.
 struct Springs;
@@ -58,13 +58,16 @@ const fn quantity(name: &'static str, unit: &'static str) -> Quantity {
     Quantity { name, unit, dimension: UnitDimension::Other }
 }
 
+impl Described for Springs {
+    type Coordinates = [Expr; 2];
+    const NAME: &'static str = "Springs";
+}
+
 impl Model for Springs {
     type Vector = SVector<f64, 2>;
     type Matrix = SMatrix<f64, 2, 2>;
     type Inputs = SVector<f64, 0>;
     type State = SpringsState;
-    type Coordinates = [Expr; 2];
-    const NAME: &'static str = "Springs";
     fn coordinates_with(state: &SpringsState, a: &Self::Vector, _: &[f64]) -> [Expr; 2] {
         [0, 1].map(|k| Expr::coordinate(state.q[k], state.u[k], a[k]))
     }

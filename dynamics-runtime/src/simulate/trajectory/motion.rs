@@ -12,7 +12,7 @@ use dynamics_view::suggest;
 use crate::constrain;
 use crate::integrate::{Accelerations as _, Dense as _, Hermite, Method, Phase, Step, StepNode};
 use crate::linalg::max_abs;
-use crate::model::{Model, ModelState, SimulationModel, StaticTraits, Vector};
+use crate::model::{ModelState, SimulationModel, StaticTraits, Vector};
 use crate::simulate::erased_method::{Interpolant, StepReplay};
 use crate::simulate::failure::MotionError;
 use crate::simulate::options::formulation::Formulation;
@@ -555,7 +555,7 @@ impl<M: SimulationModel> core::fmt::Display for Motion<'_, M> {
 impl<M: SimulationModel> core::fmt::Debug for Motion<'_, M> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.debug_struct("Motion")
-            .field("model", &<M as Model>::NAME)
+            .field("model", &M::NAME)
             .field("method", &self.method())
             .field("start", &self.start())
             .field("end", &self.end())

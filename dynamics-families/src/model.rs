@@ -1,0 +1,193 @@
+//! What the macro emits for a model with families, and what the methods of this crate need of a model.
+//!
+//! All coordinates of a model lie in one slice q, one *field* after the other in the order of
+//! `#[coordinates(..)]`: a family of n nodes takes n places, an ordinary coordinate takes one. Velocities,
+//! accelerations and forces have the same order.
+
+use core::fmt::Debug;
+
+pub use dynamics_runtime::model::{Described, Quantity};
+
+/// A declared coordinate: a family, or an ordinary coordinate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Field {
+    /// The user's name.
+    pub name: &'static str,
+    /// Its unit as text, empty where unknown or 1.
+    pub unit: &'static str,
+    /// How many nodes it has.
+    pub length: Length,
+}
+
+/// How many nodes a field has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Length {
+    /// An ordinary coordinate.
+    One,
+    /// A family: this parameter, plus a constant.
+    Count {
+        /// The parameter.
+        count: &'static str,
+        /// What is added to it.
+        plus: i64,
+    },
+}
+
+/// A named result of a model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OutputDeclaration {
+    /// The user's name.
+    pub name: &'static str,
+    /// Its unit as text, empty where unknown or 1.
+    pub unit: &'static str,
+    /// Whether the function returns a `Vec`: a value for every index.
+    pub numbered: bool,
+}
+
+/// A count or the length of a numbered parameter that does not suit the model.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SizeError {
+    /// A count is too small: the ends of the model, which differ from its middle, would meet.
+    #[error("`{count}` is {value}; this model needs at least {least}")]
+    TooFew {
+        /// The parameter.
+        count: &'static str,
+        /// Its value.
+        value: usize,
+        /// The smallest value that is possible.
+        least: usize,
+    },
+    /// A numbered parameter has not as many elements as are read.
+    #[error("`{parameter}` has {length} elements; the model reads `{parameter}[{last}]`")]
+    TooShort {
+        /// The parameter.
+        parameter: &'static str,
+        /// Its length.
+        length: usize,
+        /// The last index that is read.
+        last: usize,
+    },
+    /// The coordinates are more than memory can address.
+    #[error("`{count}` is {value}, which is more than memory can hold")]
+    TooMany {
+        /// The parameter.
+        count: &'static str,
+        /// Its value.
+        value: usize,
+    },
+}
+
+/// A state on slices.
+#[derive(Clone, Copy, Debug)]
+pub struct View<'a> {
+    /// Time.
+    pub t: f64,
+    /// Coordinates.
+    pub q: &'a [f64],
+    /// Velocities.
+    pub u: &'a [f64],
+    /// Inputs.
+    pub inputs: &'a [f64],
+}
+
+/// T and V.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EnergyParts {
+    /// Kinetic energy.
+    pub kinetic: f64,
+    /// Potential energy.
+    pub potential: f64,
+}
+
+impl EnergyParts {
+    /// T + V.
+    #[must_use]
+    pub fn total(self) -> f64 {
+        self.kinetic + self.potential
+    }
+}
+
+/// Where entries of a matrix go, as (row, column, value). Entries of one place are added.
+pub type Entries<'a> = dyn FnMut(usize, usize, f64) + 'a;
+
+/// A state of a model with families: t, q, u and inputs on the heap. The derive generates one such type per
+/// model, with an accessor for every name.
+pub trait FamilyState: Clone + PartialEq + Debug + Send + Sync + 'static {
+    /// Assembles a state; NaN for inputs that are not set.
+    fn new(t: f64, q: Vec<f64>, u: Vec<f64>, inputs: Vec<f64>, ends: Vec<usize>) -> Self;
+    /// Time.
+    fn t(&self) -> f64;
+    /// Coordinates, one field after the other.
+    fn q(&self) -> &[f64];
+    /// Velocities, likewise.
+    fn u(&self) -> &[f64];
+    /// Input values.
+    fn inputs(&self) -> &[f64];
+    /// Where every field ends in q.
+    fn ends(&self) -> &[usize];
+    /// All of it, to be changed: t, q, u, inputs.
+    fn parts_mut(&mut self) -> (&mut f64, &mut [f64], &mut [f64], &mut [f64]);
+    /// The same on slices.
+    fn view(&self) -> View<'_> {
+        View { t: self.t(), q: self.q(), u: self.u(), inputs: self.inputs() }
+    }
+}
+
+/// A model with families: M q̈ = Q(q, q̇, t) with a constant mass matrix M, as loops over elements.
+///
+/// Slices have the lengths of the model's sizes. All evaluations take O(n) operations and allocate nothing.
+pub trait FamilyModel: Described + Sized + Sync + 'static {
+    /// The state with the model's own names.
+    type State: FamilyState;
+    /// The declared coordinates in order.
+    const FIELDS: &'static [Field];
+    /// The inputs in order.
+    const INPUTS: &'static [Quantity];
+    /// The outputs in order.
+    const OUTPUTS: &'static [OutputDeclaration];
+    /// Whether T + V is conserved: no forces, no dissipation, no explicit time, no inputs.
+    const CONSERVATIVE: bool;
+    /// Whether Q contains velocities.
+    const VELOCITY_FORCES: bool;
+    /// Whether M is diagonal.
+    const DIAGONAL: bool;
+    /// Operations of the accelerations per node, all fields together.
+    const OPERATIONS: usize;
+    /// Degrees of freedom, structure, cost.
+    const REPORT: &'static str;
+    /// The equations of motion, a row for every range of indices.
+    const EQUATIONS: &'static str;
+
+    /// Where every field ends in q; the last is the number of coordinates. Checks counts, and lengths of
+    /// numbered parameters.
+    ///
+    /// # Errors
+    /// A count that is too small or too large, a numbered parameter that is too short.
+    fn ends(&self) -> Result<Vec<usize>, SizeError>;
+    /// Q, written to `forces`.
+    fn forces(&self, at: View<'_>, forces: &mut [f64]);
+    /// Q times `scale`, element by element, written to `accelerations`: q̈ where M is diagonal and `scale`
+    /// its inverse.
+    fn scaled_forces(&self, at: View<'_>, scale: &[f64], accelerations: &mut [f64]);
+    /// Adds h Q `scale` to the velocities, in one pass over memory. Only for models without velocity forces:
+    /// Q is evaluated with no velocities.
+    fn kick(&self, t: f64, q: &[f64], inputs: &[f64], scale: &[f64], h: f64, u: &mut [f64]);
+    /// T and V.
+    fn energies(&self, at: View<'_>) -> EnergyParts;
+    /// The entries of M, both halves.
+    fn mass(&self, add: &mut Entries<'_>);
+    /// The entries of −∂Q/∂q at a state.
+    fn stiffness(&self, at: View<'_>, add: &mut Entries<'_>);
+    /// The entries of −∂Q/∂u at a state; none without velocity forces.
+    fn damping(&self, at: View<'_>, add: &mut Entries<'_>);
+    /// Time jets at a state with accelerations as given: what outputs and drawings are called with. Allocates.
+    fn coordinates(state: &Self::State, accelerations: &[f64]) -> Self::Coordinates;
+    /// The values of an output, by its index in [`FamilyModel::OUTPUTS`]; none where there is no such.
+    fn output(&self, index: usize, q: &Self::Coordinates) -> Vec<f64>;
+    /// Where the nodes are, for drawings: for each helper that gives places by index, its name and points
+    /// (x, y, z) in order.
+    fn places(&self, _q: &Self::Coordinates) -> Vec<(&'static str, Vec<[f64; 3]>)> {
+        Vec::new()
+    }
+}
