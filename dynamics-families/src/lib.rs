@@ -6,4 +6,7 @@
 //!
 //! [`model`] has the trait that the macro implements. A hand-written implementation is as good.
 
+#[doc(hidden)]
+pub mod loops;
 pub mod model;
+pub mod state;
