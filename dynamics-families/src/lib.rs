@@ -5,8 +5,46 @@
 //! the heap, one field after the other.
 //!
 //! [`model`] has the trait that the macro implements. A hand-written implementation is as good.
+//! [`SimulateFamilies`] opens simulations, and asks for the longest step.
+//!
+//! # Files
+//!
+//! | file | what it does |
+//! |---|---|
+//! | `simulation` | the builder of a simulation and its checks |
+//! | `run` | the loop over steps: frames, limits, values that are not finite |
+//! | `integrate/` | methods: Störmer–Verlet and its compositions, Runge–Kutta |
+//! | `state` | states on the heap, and how they are given by name |
+//! | `loops`, `generated` | what generated code is made of |
+//! | `equations`, `mass` | accelerations from forces; M and its factors |
+//! | `step_bound` | the longest step of a method |
+//! | `record`, `file` | frames in memory and in files |
+//! | `motion`, `summary`, `failure` | what a run leaves |
+//! | `linalg/` | banded matrices with a border |
 
+mod equations;
+mod failure;
+mod file;
+#[doc(hidden)]
+pub mod generated;
+mod integrate;
+mod linalg;
 #[doc(hidden)]
 pub mod loops;
+mod mass;
+pub mod methods;
 pub mod model;
+mod motion;
+mod record;
+mod run;
+mod simulation;
 pub mod state;
+mod step_bound;
+mod summary;
+
+pub use failure::{FamilyError, FamilyErrorKind, FamilyMotionError};
+pub use methods::FamilyMethod;
+pub use motion::{FamilyMotion, Frame};
+pub use record::Every;
+pub use simulation::{FamilySimulation, InputRow, SimulateFamilies};
+pub use summary::{FamilySummary, FamilyWarning, ShortWaves};

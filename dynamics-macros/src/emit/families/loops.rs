@@ -484,7 +484,7 @@ impl<'a> Loops<'a> {
                     #name.add(#sign __loops::block_sum(__own));
                 }
             });
-            whole.push(self.added(&quote!(#name.value()), &place));
+            whole.push(self.added(&quote!(#name.total()), &place));
         }
         quote! {
             if #lo < #hi {
@@ -579,7 +579,7 @@ impl<'a> Loops<'a> {
                         (__loops::Sum::default(), __loops::Sum::default());
                     #body
                     #private::families::EnergyParts {
-                        kinetic: __kinetic.value(), potential: __potential.value(),
+                        kinetic: __kinetic.total(), potential: __potential.total(),
                     }
                 }
             }
