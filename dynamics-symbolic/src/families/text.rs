@@ -2,7 +2,7 @@
 
 use crate::graph::{NodeId, Symbol};
 use crate::schedule::{Staging, schedule};
-use crate::text::{Formulas, Plain, Target};
+use crate::text::statements;
 
 use super::derive::{Derived, Element};
 use super::model::{Anchor, FamilyModel, NodeIndex, Range, Source};
@@ -27,24 +27,21 @@ pub fn equations(family: &mut FamilyModel, derived: &Derived) -> String {
             rows.push((range, row(family, derived, field as u32, range)));
         }
     }
-    let roots: Vec<NodeId> = rows.iter().flat_map(|(_, (left, right))| [*left, *right]).collect();
-    let formulas = Formulas::new(&family.model, &roots);
-    let plain = Plain::READABLE;
-    for (range, (left, right)) in rows {
-        let text = |node| formulas.text(&plain, &family.model, node);
-        out.push_str(&plain.assign(&text(left), &text(right)));
+    let pairs: Vec<(NodeId, NodeId)> = rows.iter().map(|(_, pair)| *pair).collect();
+    let (lines, definitions) = statements(&mut family.model, &pairs);
+    for ((range, _), line) in rows.iter().zip(lines) {
+        out.push_str(&line);
         if let Some(range) = range.filter(|range| single(*range).is_none()) {
             let (start, end) = (range.start.text(&family.counts), range.end.text(&family.counts));
             out.push_str(&format!("    for {start} <= i < {end}"));
         }
         out.push('\n');
     }
-    if formulas.definitions() > 0 {
+    if !definitions.is_empty() {
         out.push_str("\nwith\n\n");
     }
-    for k in 0..formulas.definitions() {
-        let (name, value) = formulas.definition(&plain, &family.model, k);
-        out.push_str(&plain.assign(&name, &value));
+    for definition in definitions {
+        out.push_str(&definition);
         out.push('\n');
     }
     out

@@ -30,6 +30,33 @@ pub fn equations(model: &mut Model, equations: &Equations) -> (String, String) {
     (page.plain(model), page.latex(model))
 }
 
+/// Pairs of nodes as texts `left = right`, with like terms collected, and the definitions that they use. May add
+/// nodes to the graph.
+#[must_use]
+pub fn statements(model: &mut Model, pairs: &[(NodeId, NodeId)]) -> (Vec<String>, Vec<String>) {
+    let nodes: Vec<NodeId> = pairs.iter().flat_map(|(left, right)| [*left, *right]).collect();
+    let mut expanded = expand(model, &nodes);
+    expanded.iter_mut().for_each(|x| *x = x.take().filter(|x| x.len() <= MOST_TERMS_OF_ELEMENT));
+    let wanted =
+        |(id, x): (&NodeId, &Option<Expanded>)| x.as_ref().map_or(vec![*id], |x| x.atoms().collect());
+    let roots: Vec<NodeId> = nodes.iter().zip(&expanded).flat_map(wanted).collect();
+    let formulas = Formulas::new(model, &roots);
+    let target = Plain::READABLE;
+    let text = |k: usize| {
+        let formula = match &expanded[k] {
+            Some(x) => x.formula(&model.graph, &formulas),
+            None => formulas.formula(nodes[k]),
+        };
+        formulas.write(&target, model, &formula)
+    };
+    let lines = (0..pairs.len()).map(|k| target.assign(&text(2 * k), &text(2 * k + 1))).collect();
+    let definitions = (0..formulas.definitions()).map(|k| {
+        let (name, value) = formulas.definition(&target, model, k);
+        target.assign(&name, &value)
+    });
+    (lines, definitions.collect())
+}
+
 /// One statement: left = right.
 struct Statement {
     left: Side,
