@@ -12,38 +12,38 @@ use super::shift::shifted;
 const WIDTH: usize = 96;
 const HEADING_WIDTH: usize = 20;
 
-/// The equations of motion: for every field a row for each range of nodes that have the same one. May add
-/// nodes to the graph.
+/// The equations of motion: for every field a row for each range of nodes that have the same one. A row of an
+/// ordinary coordinate is followed by what every round adds to it. May add nodes to the graph.
 #[must_use]
 pub fn equations(family: &mut FamilyModel, derived: &Derived) -> String {
     let mut out = format!("{}: equations of motion\n\n", family.model.name);
     let mut rows = Vec::new();
+    let counts = family.counts.clone();
+    let rounds =
+        |range: Range| format!("for {} <= i < {}", range.start.text(&counts), range.end.text(&counts));
     for field in 0..family.fields.len() {
         let Some(ranges) = ranges(family, derived, field as u32) else {
             out.push_str("several counts order the nodes: the equations are not written row by row\n");
             return out;
         };
         for range in ranges {
-            rows.push((range, row(family, derived, field as u32, range)));
+            let (left, right) = row(family, derived, field as u32, range, None);
+            let appended = match range.filter(|range| single(*range).is_none()) {
+                Some(range) => format!("    {}", rounds(range)),
+                None => String::new(),
+            };
+            rows.push((left, right, appended));
+            for element in derived.elements.iter().filter(|_| range.is_none()) {
+                let Some(of) = element.range else { continue };
+                let (left, right) = row(family, derived, field as u32, range, Some(of));
+                let g = &family.model.graph;
+                if !g.is_zero(left) || !g.is_zero(right) {
+                    rows.push((left, right, format!("    added {}", rounds(of))));
+                }
+            }
         }
     }
-    let pairs: Vec<(NodeId, NodeId)> = rows.iter().map(|(_, pair)| *pair).collect();
-    let (lines, definitions) = statements(&mut family.model, &pairs);
-    for ((range, _), line) in rows.iter().zip(lines) {
-        out.push_str(&line);
-        if let Some(range) = range.filter(|range| single(*range).is_none()) {
-            let (start, end) = (range.start.text(&family.counts), range.end.text(&family.counts));
-            out.push_str(&format!("    for {start} <= i < {end}"));
-        }
-        out.push('\n');
-    }
-    if !definitions.is_empty() {
-        out.push_str("\nwith\n\n");
-    }
-    for definition in definitions {
-        out.push_str(&definition);
-        out.push('\n');
-    }
+    out.push_str(&statements(&mut family.model, &rows));
     out
 }
 
@@ -91,7 +91,8 @@ fn row(family: &mut FamilyModel, derived: &Derived, field: u32, range: Option<Ra
         Some(range) => single(range).map_or(NodeIndex::Round(0), NodeIndex::Fixed),
     };
     let (mut left, mut right) = (family.model.graph.zero(), family.model.graph.zero());
-    for element in &derived.elements {
+    let elements = derived.elements.iter().filter(|e| range.is_some() || e.range == rounds);
+    for element in elements {
         for (a, q) in &element.forces {
             if let Some(shift) = covers(family, element, *a, field, range) {
                 let q = shifted(family, *q, shift, node);
@@ -111,8 +112,7 @@ fn row(family: &mut FamilyModel, derived: &Derived, field: u32, range: Option<Ra
 }
 
 /// By how much the node of a range is further than the round that reaches it by local `a`; `None` where no
-/// round does. For an ordinary coordinate that every round reaches there is no such round: its row shows one
-/// term of the sum.
+/// round does. An ordinary coordinate, which has no range, is reached by every round.
 fn covers(
     family: &FamilyModel,
     element: &Element,
