@@ -79,6 +79,11 @@ impl FamilyMethod {
         matches!(self, Self::StormerVerlet | Self::Composition4 | Self::Composition6 | Self::Composition8)
     }
 
+    /// Whether steps solve equations.
+    pub(crate) const fn is_implicit(self) -> bool {
+        matches!(self, Self::ImplicitMidpoint | Self::Newmark | Self::GeneralizedAlpha { .. })
+    }
+
     /// h ω up to which oscillations without damping stay bounded; infinite for implicit methods.
     pub(crate) const fn stability_border(self) -> f64 {
         match self {

@@ -70,6 +70,28 @@ pub(crate) struct RecordedFrame<M: FamilyModel> {
     pub(crate) short_waves: Vec<f64>,
 }
 
+/// What the energy did at the ends of steps. States between them are interpolated, and their energy is that of
+/// the interpolant.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct EnergyHistory {
+    pub(crate) first: Option<EnergyParts>,
+    /// Largest |E − E₀|.
+    pub(crate) change: f64,
+    /// Largest of |T|, |V| and |E|.
+    pub(crate) scale: f64,
+}
+
+impl EnergyHistory {
+    pub(crate) fn see(&mut self, energies: EnergyParts) {
+        let EnergyParts { kinetic, potential } = energies;
+        let first = *self.first.get_or_insert(energies);
+        // Part by part: kinetic and potential energy change into each other, and the sum is rounded once.
+        let change = (kinetic - first.kinetic) + (potential - first.potential);
+        self.change = self.change.max(change.abs());
+        self.scale = self.scale.max(kinetic.abs()).max(potential.abs()).max(energies.total().abs());
+    }
+}
+
 /// What a run leaves.
 #[derive(Debug)]
 pub(crate) struct Record<M: FamilyModel> {
@@ -79,6 +101,7 @@ pub(crate) struct Record<M: FamilyModel> {
     pub(crate) mass: Arc<Mass>,
     pub(crate) method: FamilyMethod,
     pub(crate) reason: String,
+    pub(crate) energy: EnergyHistory,
     pub(crate) fixed: Option<f64>,
     /// Shortest and longest accepted step.
     pub(crate) step_sizes: Option<[f64; 2]>,
@@ -116,6 +139,7 @@ pub(crate) struct Recorder<M: FamilyModel> {
     keeps_states: bool,
     file: Option<FrameFile>,
     pub(crate) frames: Vec<RecordedFrame<M>>,
+    pub(crate) energy: EnergyHistory,
 }
 
 impl<M: FamilyModel> Recorder<M> {
@@ -134,6 +158,7 @@ impl<M: FamilyModel> Recorder<M> {
             keeps_states: file.is_none(),
             file,
             frames: Vec::new(),
+            energy: EnergyHistory::default(),
         }
     }
 
@@ -179,6 +204,9 @@ impl<M: FamilyModel> Recorder<M> {
         u.copy_from_slice(&y.u);
         inputs.copy_from_slice(&equations.inputs);
         let energies = equations.model.energies(View { t: y.t, q, u, inputs });
+        if step.is_some() {
+            self.energy.see(energies);
+        }
         let mut outputs = Vec::new();
         if !self.scalar_outputs.is_empty() {
             equations.accelerations(y.t, &y.q, &y.u, &mut self.accelerations)?;

@@ -14,11 +14,12 @@ use crate::equations::Equations;
 use crate::failure::{FamilyError, FamilyErrorKind};
 use crate::integrate::embedded::ErrorNorm;
 use crate::integrate::explicit::{Stages, Tableau};
+use crate::integrate::implicit::Implicit;
 use crate::integrate::splitting::Splitting;
 use crate::integrate::{FixedStep, Point};
 use crate::mass::{Mass, coordinate_name};
 use crate::methods::FamilyMethod;
-use crate::model::{FamilyModel, FamilyState};
+use crate::model::{FamilyModel, FamilyState, View};
 use crate::record::{Record, Recorder};
 
 /// Steps between two looks at all values.
@@ -127,6 +128,11 @@ impl<'r, 'm, M: FamilyModel> Run<'r, 'm, M> {
         }
         let (method, n) = (self.plan.method, self.y.q.len());
         match self.plan.fixed {
+            Some(h) if method.is_implicit() => {
+                let model = self.equations.model;
+                let mut scheme = Implicit::new(method, model, &self.y, &self.equations.inputs, &self.ends)?;
+                self.fixed(h, &mut scheme)
+            }
             Some(h) if method.is_splitting() => self.fixed(h, &mut Splitting::new(method)),
             Some(h) => self.fixed(h, &mut Stages::new(Tableau::new(method).0, n)),
             None => self.adaptive(),
@@ -141,6 +147,7 @@ impl<'r, 'm, M: FamilyModel> Run<'r, 'm, M> {
             mass: Arc::clone(mass),
             method: self.plan.method,
             reason: self.plan.reason,
+            energy: self.recorder.energy,
             fixed: self.plan.fixed,
             step_sizes: self.sizes,
             steps: self.steps,
@@ -250,6 +257,9 @@ impl<'r, 'm, M: FamilyModel> Run<'r, 'm, M> {
         for (point, a) in [(&between.start, &mut between.a0), (&between.end, &mut between.a1)] {
             self.equations.accelerations(point.t, &point.q, &point.u, a)?;
         }
+        let Point { t, q, u } = &between.end;
+        let at = View { t: *t, q, u, inputs: &self.equations.inputs };
+        self.recorder.energy.see(self.equations.model.energies(at));
         while let Some(t) = self.recorder.next_time() {
             if (t - between.end.t) * h.signum() > -TIME_ROUNDING * h.abs() {
                 break;

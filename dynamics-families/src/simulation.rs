@@ -13,9 +13,11 @@ use crate::file::FrameFile;
 use crate::mass::Mass;
 use crate::methods::FamilyMethod;
 use crate::model::{FamilyModel, FamilyState, View};
+use crate::modes::{self, FamilyMode};
 use crate::motion::FamilyMotion;
 use crate::record::{Every, Recorder};
 use crate::run::{Plan, Run};
+use crate::statics::{self, FamilyEquilibrium};
 use crate::step_bound;
 
 /// Fixed steps may be longer than the bound by rounding: the bound itself is a step.
@@ -80,6 +82,25 @@ pub trait SimulateFamilies: FamilyModel {
         let ends = self.ends().map_err(|error| failed(error.into()))?;
         check_state::<Self>(state, &ends).map_err(failed)?;
         step_bound::longest_step(self, state, state.inputs(), &ends).map_err(failed)
+    }
+
+    /// The equilibrium that Newton's method with a line search finds from a guess, with the inputs of the
+    /// guess; its velocities do not count. The result says how many displacements are unstable, counted by
+    /// the pivots of K.
+    ///
+    /// # Errors
+    /// Where the iteration does not converge, where K is singular on the way, and where an input has no value.
+    fn equilibrium(&self, guess: &Self::State) -> Result<FamilyEquilibrium<Self>, FamilyError<Self>> {
+        statics::equilibrium(self, guess)
+    }
+
+    /// The `count` lowest modes of vibration about a state, rising, without damping. They are counted: none is
+    /// missed. At a state that is no equilibrium they are those of the tangent there.
+    ///
+    /// # Errors
+    /// Where the tangent is not symmetric, and where modes do not converge.
+    fn modes(&self, state: &Self::State, count: usize) -> Result<Vec<FamilyMode>, FamilyError<Self>> {
+        modes::modes(self, state, count)
     }
 }
 

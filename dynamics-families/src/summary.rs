@@ -103,8 +103,8 @@ pub struct FamilySummary {
     pub frames: usize,
     /// Energies at the start and at the end.
     pub energies: [EnergyParts; 2],
-    /// Largest |E − E₀| of the recorded instants in parts of `energy_scale`; none where the model does not
-    /// conserve its energy.
+    /// Largest |E − E₀| in parts of `energy_scale`, at recorded instants or the ends of the steps around them;
+    /// none where the model does not conserve its energy.
     pub energy_drift: Option<f64>,
     /// Largest of T, |V| and |E| met.
     pub energy_scale: f64,
@@ -125,10 +125,7 @@ impl<M: FamilyModel> FamilyMotion<'_, M> {
         let kept = record.frames.iter().filter(|frame| frame.state.is_some()).count() + 2;
         let energies = || record.frames.iter().map(|frame| frame.energies);
         let first = energies().next().unwrap_or_default();
-        let scale = energies()
-            .map(|e| e.kinetic.abs().max(e.potential.abs()).max(e.total().abs()))
-            .fold(0.0, f64::max);
-        let drift = energies().map(|e| change(first, e).abs()).fold(0.0, f64::max);
+        let (drift, scale) = (record.energy.change, record.energy.scale);
         let work = (record.steps.max(1) as f64) * unknowns.max(1) as f64;
         let mut summary = FamilySummary {
             model: M::NAME,
@@ -196,11 +193,6 @@ impl<M: FamilyModel> FamilyMotion<'_, M> {
         }
         warnings
     }
-}
-
-/// E − E₀, part by part: kinetic and potential energy change into each other, and their sum is rounded once.
-fn change(from: EnergyParts, to: EnergyParts) -> f64 {
-    (to.kinetic - from.kinetic) + (to.potential - from.potential)
 }
 
 impl fmt::Display for FamilySummary {

@@ -3,6 +3,8 @@
 mod common;
 mod failures;
 mod frames;
+mod implicit;
 mod methods;
+mod statics;
 mod step_bound;
 mod waves;

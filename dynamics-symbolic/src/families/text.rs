@@ -84,8 +84,15 @@ fn ranges(family: &FamilyModel, derived: &Derived, field: u32) -> Option<Vec<Opt
     Some(cuts.windows(2).map(|pair| Some(Range { start: pair[0], end: pair[1] })).collect())
 }
 
-/// M q̈ and Q of the nodes of a range.
-fn row(family: &mut FamilyModel, derived: &Derived, field: u32, range: Option<Range>) -> (NodeId, NodeId) {
+/// M q̈ and Q of the nodes of a range; of an ordinary coordinate what the rounds of one range, or what no
+/// rounds add.
+fn row(
+    family: &mut FamilyModel,
+    derived: &Derived,
+    field: u32,
+    range: Option<Range>,
+    rounds: Option<Range>,
+) -> (NodeId, NodeId) {
     let node = match range {
         None => NodeIndex::Fixed(Anchor::Start(0)),
         Some(range) => single(range).map_or(NodeIndex::Round(0), NodeIndex::Fixed),
