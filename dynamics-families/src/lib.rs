@@ -18,6 +18,7 @@
 //! | `step_bound` | the longest step of a method |
 //! | `record`, `file` | frames in memory and in files |
 //! | `motion`, `summary`, `failure` | what a run leaves |
+//! | `output` | tables, animations, pictures of a field over place and time |
 //! | `tangent` | the matrix of implicit steps, equilibria and modes |
 //! | `statics`, `modes` | equilibria, frequencies |
 //! | `linalg/` | banded matrices with a border |
@@ -34,6 +35,7 @@ pub mod methods;
 pub mod model;
 mod modes;
 mod motion;
+mod output;
 mod record;
 mod run;
 mod simulation;
