@@ -155,7 +155,7 @@ fn thinned(points: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
 }
 
 /// The scalars of a frame: ordinary coordinates, their velocities, outputs.
-fn scalars<M: FamilyModel>(frame: &RecordedFrame<M>) -> impl Iterator<Item = f64> + '_ {
+fn scalars<S>(frame: &RecordedFrame<S>) -> impl Iterator<Item = f64> + '_ {
     frame.ordinary.iter().chain(&frame.outputs).copied()
 }
 
