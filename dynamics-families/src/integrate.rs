@@ -2,6 +2,7 @@
 
 pub(crate) mod embedded;
 pub(crate) mod explicit;
+pub(crate) mod hermite;
 pub(crate) mod implicit;
 pub(crate) mod splitting;
 

@@ -19,12 +19,14 @@
 //! | `equations`, `mass` | accelerations from forces; M and its factors |
 //! | `step_bound` | the longest step of a method |
 //! | `record`, `file` | frames in memory and in files |
-//! | `motion`, `summary`, `failure` | what a run leaves |
+//! | `motion`, `summary`, `failure`, `error` | what a run leaves |
+//! | `output` | tables, animations, pictures of a field over place and time |
 //! | `tangent` | the matrix of implicit steps, equilibria and modes |
 //! | `statics`, `modes` | equilibria, frequencies |
 //! | `linalg/` | banded matrices with a border |
 
 mod equations;
+mod error;
 mod failure;
 mod file;
 #[doc(hidden)]
@@ -38,6 +40,7 @@ pub mod methods;
 pub mod model;
 mod modes;
 mod motion;
+mod output;
 mod record;
 mod run;
 mod simulation;
@@ -47,7 +50,8 @@ mod step_bound;
 mod summary;
 mod tangent;
 
-pub use failure::{FamilyError, FamilyErrorKind, FamilyMotionError};
+pub use error::FamilyError;
+pub use failure::{FamilyErrorKind, FamilyMotionError};
 pub use methods::FamilyMethod;
 pub use modes::FamilyMode;
 pub use motion::{FamilyMotion, Frame};

@@ -3,7 +3,8 @@
 //! Those of the ordinary runtime have the same names; not all of them suit states on the heap.
 //!
 //! ```
-//! use dynamics_families::{FamilyMethod, methods};
+//! # use dynamics_families as dynamics;
+//! use dynamics::{FamilyMethod, methods};
 //!
 //! assert_eq!(FamilyMethod::from(methods::Dop853), FamilyMethod::Dop853);
 //! ```

@@ -6,7 +6,8 @@
 //! is missed. Source: Bathe, Wilson, Int. J. Num. Meth. Eng. 6 (1973) 213; Parlett, *The Symmetric Eigenvalue
 //! Problem*, §3.3, §14.
 
-use crate::failure::{FamilyError, FamilyErrorKind, check_state};
+use crate::error::FamilyError;
+use crate::failure::{FamilyErrorKind, check_state};
 use crate::linalg::dense::symmetric_eigen;
 use crate::model::{FamilyModel, FamilyState};
 use crate::tangent::{Coefficients, Tangent};

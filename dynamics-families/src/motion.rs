@@ -1,5 +1,6 @@
 //! A computed motion: its frames, and what follows from them.
 
+use core::fmt;
 use std::sync::Arc;
 
 use dynamics_view::suggest;
@@ -7,10 +8,10 @@ use dynamics_view::suggest;
 use crate::equations::Equations;
 use crate::failure::FamilyMotionError;
 use crate::integrate::Point;
+use crate::integrate::hermite::quintic;
 use crate::methods::FamilyMethod;
 use crate::model::{EnergyParts, FamilyModel, FamilyState};
 use crate::record::Record;
-use crate::run::quintic;
 
 /// Times agree to this part of the motion.
 const TIME_ROUNDING: f64 = 1e-12;
@@ -21,13 +22,20 @@ pub struct FamilyMotion<'m, M: FamilyModel> {
     pub(crate) record: Arc<Record<M>>,
 }
 
+impl<M: FamilyModel> fmt::Debug for FamilyMotion<'_, M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (start, end) = (self.start_time(), self.end_time());
+        write!(f, "motion of {} from t = {start} to {end}, {} frames", M::NAME, self.record.frames.len())
+    }
+}
+
 /// A recorded instant.
 #[derive(Clone, Copy, Debug)]
-pub struct Frame<'a, M: FamilyModel> {
+pub struct Frame<'a, S> {
     /// Its time.
     pub t: f64,
     /// Its state; `None` where the states went to a file, beside start and end.
-    pub state: Option<&'a M::State>,
+    pub state: Option<&'a S>,
     /// Its energies.
     pub energies: EnergyParts,
     /// Its scalar outputs, in the order of their declaration.
@@ -72,11 +80,11 @@ impl<'m, M: FamilyModel> FamilyMotion<'m, M> {
     }
 
     /// The recorded instants in the order of the motion, start and end included.
-    pub fn frames(&self) -> impl ExactSizeIterator<Item = Frame<'_, M>> + DoubleEndedIterator {
+    pub fn frames(&self) -> impl ExactSizeIterator<Item = Frame<'_, M::State>> + DoubleEndedIterator {
         (0..self.record.frames.len()).map(|index| self.frame(index))
     }
 
-    fn frame(&self, index: usize) -> Frame<'_, M> {
+    fn frame(&self, index: usize) -> Frame<'_, M::State> {
         let frame = &self.record.frames[index];
         let last = self.record.frames.len() - 1;
         let state = frame.state.as_ref().or_else(|| match index {
@@ -117,7 +125,7 @@ impl<'m, M: FamilyModel> FamilyMotion<'m, M> {
     ///
     /// # Errors
     /// Times outside the motion.
-    pub fn nearest(&self, t: f64) -> Result<Frame<'_, M>, FamilyMotionError> {
+    pub fn nearest(&self, t: f64) -> Result<Frame<'_, M::State>, FamilyMotionError> {
         let (before, after) = self.around(t)?;
         let frames = &self.record.frames;
         let is_first = (t - frames[before].t).abs() <= (frames[after].t - t).abs();

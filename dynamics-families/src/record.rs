@@ -47,20 +47,32 @@ impl Every {
 }
 
 impl Default for Every {
-    /// 300 frames: enough for an animation and for a picture of a motion.
+    /// 300 frames: enough for an animation and for a picture of a motion. A simulation keeps fewer where nothing
+    /// was asked for and they would take more than 256 MiB.
     fn default() -> Self {
         Self::Frames(300)
     }
 }
 
+/// Most bytes of states that are kept where nothing was asked for.
+const MOST_BYTES: usize = 1 << 28;
+
+impl Every {
+    /// What is kept in memory where nothing was asked for: the default, and less where that would take more
+    /// than a quarter of a gigabyte.
+    pub(crate) fn for_memory(coordinates: usize) -> Self {
+        Self::Frames((MOST_BYTES / (16 * coordinates.max(1))).clamp(2, 300))
+    }
+}
+
 /// A recorded instant.
 #[derive(Debug)]
-pub(crate) struct RecordedFrame<M: FamilyModel> {
+pub(crate) struct RecordedFrame<S> {
     pub(crate) t: f64,
     /// The number of the step that ends here; none between steps.
     pub(crate) step: Option<u64>,
     /// None where states went to a file.
-    pub(crate) state: Option<M::State>,
+    pub(crate) state: Option<S>,
     pub(crate) energies: EnergyParts,
     /// Scalar outputs in the order of their declaration.
     pub(crate) outputs: Vec<f64>,
@@ -93,9 +105,8 @@ impl EnergyHistory {
 }
 
 /// What a run leaves.
-#[derive(Debug)]
 pub(crate) struct Record<M: FamilyModel> {
-    pub(crate) frames: Vec<RecordedFrame<M>>,
+    pub(crate) frames: Vec<RecordedFrame<M::State>>,
     pub(crate) start: M::State,
     pub(crate) end: M::State,
     pub(crate) mass: Arc<Mass>,
@@ -138,7 +149,7 @@ pub(crate) struct Recorder<M: FamilyModel> {
     scalar_outputs: Vec<usize>,
     keeps_states: bool,
     file: Option<FrameFile>,
-    pub(crate) frames: Vec<RecordedFrame<M>>,
+    pub(crate) frames: Vec<RecordedFrame<M::State>>,
     pub(crate) energy: EnergyHistory,
 }
 

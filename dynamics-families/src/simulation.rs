@@ -8,7 +8,8 @@ use dynamics_runtime::integrate::Tolerances;
 use dynamics_runtime::simulate::{DEFAULT_MAX_STEPS, DEFAULT_TOLERANCE, OptionError};
 
 use crate::equations::{Equations, Law};
-use crate::failure::{FamilyError, FamilyErrorKind, check_state};
+use crate::error::FamilyError;
+use crate::failure::{FamilyErrorKind, check_state};
 use crate::file::FrameFile;
 use crate::mass::Mass;
 use crate::methods::FamilyMethod;
@@ -90,7 +91,7 @@ pub trait SimulateFamilies: FamilyModel {
     ///
     /// # Errors
     /// Where the iteration does not converge, where K is singular on the way, and where an input has no value.
-    fn equilibrium(&self, guess: &Self::State) -> Result<FamilyEquilibrium<Self>, FamilyError<Self>> {
+    fn equilibrium(&self, guess: &Self::State) -> Result<FamilyEquilibrium<Self::State>, FamilyError<Self>> {
         statics::equilibrium(self, guess)
     }
 
@@ -118,7 +119,7 @@ pub struct FamilySimulation<'m, M: FamilyModel> {
     first: Option<f64>,
     most: Option<f64>,
     max_steps: u64,
-    every: Every,
+    every: Option<Every>,
     folder: Option<PathBuf>,
     law: Option<Law<'m, M::State>>,
     cancel: Option<&'m AtomicBool>,
@@ -136,7 +137,7 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
             first: None,
             most: None,
             max_steps: DEFAULT_MAX_STEPS,
-            every: Every::default(),
+            every: None,
             folder: None,
             law: None,
             cancel: None,
@@ -200,9 +201,9 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
         self
     }
 
-    /// When states are kept. Default: 300 frames.
+    /// When states are kept. Default: 300 frames, fewer where they would take more than 256 MiB of memory.
     pub fn record(mut self, every: Every) -> Self {
-        self.every = every;
+        self.every = Some(every);
         self
     }
 
@@ -278,7 +279,12 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
             longest,
             begun,
         };
-        let recorder = Recorder::new(self.every, &self.start, end, file);
+        let kept_by_default = match self.folder {
+            None => Every::for_memory(self.start.q().len()),
+            Some(_) => Every::default(),
+        };
+        let every = self.every.unwrap_or(kept_by_default);
+        let recorder = Recorder::new(every, &self.start, end, file);
         Run::new(equations, recorder, plan, &self.start)
             .go(&mass)
             .map(|record| FamilyMotion { model: self.model, record: Arc::new(record) })
@@ -319,7 +325,7 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
                 }
             }
         }
-        match self.every {
+        match self.every.unwrap_or_default() {
             Every::Time(interval) => {
                 let count = (end - self.start.t()).abs() / interval;
                 let good = interval > 0.0 && interval.is_finite() && count < 1e9;

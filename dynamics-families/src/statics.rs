@@ -5,7 +5,8 @@
 
 use dynamics_runtime::simulate::OptionError;
 
-use crate::failure::{FamilyError, FamilyErrorKind, check_state};
+use crate::error::FamilyError;
+use crate::failure::{FamilyErrorKind, check_state};
 use crate::mass::coordinate_name;
 use crate::model::{FamilyModel, FamilyState, View};
 use crate::tangent::{Coefficients, Tangent};
@@ -21,9 +22,9 @@ const ROUNDING: f64 = 1e-7;
 
 /// An equilibrium.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FamilyEquilibrium<M: FamilyModel> {
+pub struct FamilyEquilibrium<S> {
     /// The state, at rest.
-    pub state: M::State,
+    pub state: S,
     /// How many independent displacements the stiffness drives away: negative pivots of K. `None` where K is
     /// not symmetric: its pivots then say nothing.
     pub unstable: Option<usize>,
@@ -33,7 +34,7 @@ pub struct FamilyEquilibrium<M: FamilyModel> {
     pub iterations: u32,
 }
 
-impl<M: FamilyModel> FamilyEquilibrium<M> {
+impl<S> FamilyEquilibrium<S> {
     /// Whether every displacement is driven back; `None` where that is not known.
     #[must_use]
     pub fn is_stable(&self) -> Option<bool> {
@@ -45,7 +46,7 @@ impl<M: FamilyModel> FamilyEquilibrium<M> {
 pub(crate) fn equilibrium<M: FamilyModel>(
     model: &M,
     guess: &M::State,
-) -> Result<FamilyEquilibrium<M>, FamilyError<M>> {
+) -> Result<FamilyEquilibrium<M::State>, FamilyError<M>> {
     let failed = |kind: FamilyErrorKind| FamilyError::before(kind, guess.t());
     let ends = model.ends().map_err(|error| failed(error.into()))?;
     check_state::<M>(guess, &ends).map_err(failed)?;

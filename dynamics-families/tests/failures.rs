@@ -17,7 +17,7 @@ fn what_grows_without_bounds_is_named_with_its_time() {
         lattice.simulate(start.clone()).until(100.0),
         lattice.simulate(start.clone()).until(100.0).fixed_step(0.05).method(methods::Rk4),
     ] {
-        let error = run.run().err().expect("grows");
+        let error = run.run().expect_err("grows");
         match &error.kind {
             FamilyErrorKind::AccelerationNotFinite { coordinate }
             | FamilyErrorKind::StepSizeTooSmall { coordinate } => {
@@ -63,10 +63,10 @@ fn options_and_starts_are_checked() {
     let bad = state(&string, |i| if i == 11 { f64::NAN } else { 0.0 }, |_| 0.0);
     assert!(run(string.simulate(bad).until(1.0)).contains("the start is not finite: `w[3]`"));
     let massless = GuitarString { mass: vec![1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0], ..string.clone() };
-    let error = massless.simulate(start.clone()).until(1.0).inputs(|_, _| 0.0).run().err().expect("massless");
+    let error = massless.simulate(start.clone()).until(1.0).inputs(|_, _| 0.0).run().expect_err("massless");
     assert!(error.to_string().contains("not positive definite at `s[2]`"), "{error}");
     let few = GuitarString { mass: vec![1.0; 3], ..string.clone() };
-    let error = few.simulate(start.clone()).until(1.0).run().err().expect("too short");
+    let error = few.simulate(start.clone()).until(1.0).run().expect_err("too short");
     assert!(error.to_string().contains("`mass` has 3 elements; the model reads `mass[7]`"), "{error}");
 }
 

@@ -89,7 +89,7 @@ fn files_have_the_format_of_numpy() {
     let start = state(&bar, &shape, |_| 0.0);
     let run = || bar.simulate(start.clone()).until(1.0).record(Every::time(0.125)).to_file(&folder);
     let ends: [&dyn Fn() -> f64; 2] = [&|| run().run().expect("runs").end_time(), &|| {
-        run().fixed_step(0.01).max_steps(30).run().err().expect("too many").time
+        run().fixed_step(0.01).max_steps(30).run().expect_err("too many").time
     }];
     for (end, frames) in ends.into_iter().zip([9, 4]) {
         let end = end();

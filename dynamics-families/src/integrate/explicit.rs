@@ -9,7 +9,7 @@
 //!
 //! which is the same method with half of its memory. Combinations are made block by block.
 
-use dynamics_runtime::integrate::tables::{DOP853, DORMAND_PRINCE5, Embedded, Row};
+use dynamics_runtime::integrate::tables::{DOP853, DORMAND_PRINCE5, Embedded, SparseRow};
 
 use crate::equations::Equations;
 use crate::failure::FamilyErrorKind;
@@ -26,7 +26,7 @@ pub(crate) struct Weights {
 }
 
 /// The classical method of order 4: the rows of its stages, and its weights.
-const RK4: ([Row; 4], Row) = (
+const RK4: ([SparseRow; 4], SparseRow) = (
     [&[], &[(0, 0.5)], &[(1, 0.5)], &[(2, 1.0)]],
     &[(0, 1.0 / 6.0), (1, 1.0 / 3.0), (2, 1.0 / 3.0), (3, 1.0 / 6.0)],
 );
@@ -62,7 +62,13 @@ impl Tableau {
         Self::of(table.rows, table.nodes, table.weights, &errors, table.first_same_as_last)
     }
 
-    fn of(rows: &[Row], nodes: &[f64], weights: Row, errors: &[Vec<f64>], first_same_as_last: bool) -> Self {
+    fn of(
+        rows: &[SparseRow],
+        nodes: &[f64],
+        weights: SparseRow,
+        errors: &[Vec<f64>],
+        first_same_as_last: bool,
+    ) -> Self {
         let stages = rows.len();
         let square: Vec<Vec<f64>> = rows.iter().map(|row| dense(row, stages)).collect();
         let weights_of = |row: &[f64], node: f64| {
@@ -81,7 +87,7 @@ impl Tableau {
     }
 }
 
-fn dense(row: Row, stages: usize) -> Vec<f64> {
+fn dense(row: SparseRow, stages: usize) -> Vec<f64> {
     let mut dense = vec![0.0; stages];
     row.iter().for_each(|&(stage, weight)| dense[stage] = weight);
     dense

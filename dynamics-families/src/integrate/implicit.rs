@@ -32,6 +32,10 @@ const SLOW: f64 = 0.2;
 const ACCURACY: f64 = 1e-13;
 /// Corrections below this that no longer shrink are rounding.
 const ROUNDING: f64 = 1e-9;
+/// Accelerations are known no better than positions over h², to so many units in their last place.
+const LAST_PLACES: f64 = 4.0;
+/// Corrections below so many of these that no longer shrink are rounding, too.
+const ROUNDED_PLACES: f64 = 100.0;
 
 /// The coefficients of the head of this file: of (a₀, a₁).
 #[derive(Clone, Copy, Debug)]
@@ -118,8 +122,7 @@ impl Implicit {
     fn set_stage(&mut self, y: &Point, a: &[f64], h: f64) {
         let Formula { time, position, velocity, .. } = self.formula;
         self.stage.t = y.t + time * h;
-        for i in 0..a.len() {
-            let (old, new) = (a[i], self.next[i]);
+        for (i, (&old, &new)) in a.iter().zip(&self.next).enumerate() {
             self.stage.q[i] = y.q[i] + h * (time * y.u[i] + h * (position[0] * old + position[1] * new));
             self.stage.u[i] = y.u[i] + h * (velocity[0] * old + velocity[1] * new);
         }
@@ -150,6 +153,7 @@ impl Implicit {
     ) -> Result<(), FamilyErrorKind> {
         self.next.copy_from_slice(a);
         let speed = self.tangent.norm(&y.u) / h.abs();
+        let unit = f64::EPSILON * self.tangent.norm(&y.q) / (h * h);
         let mut before = f64::INFINITY;
         for iteration in 0..MOST_ITERATIONS {
             self.set_stage(y, a, h);
@@ -178,7 +182,8 @@ impl Implicit {
             let ratio = if before > 0.0 { size / before } else { 0.0 };
             // The first correction says nothing of how fast further ones shrink.
             let left = if iteration == 0 { size } else { size * (ratio / (1.0 - ratio.min(0.9))).min(1.0) };
-            if left <= ACCURACY * scale || (ratio > 0.5 && size <= ROUNDING * scale) {
+            let is_rounding = ratio > 0.5 && size <= ROUNDING * scale + ROUNDED_PLACES * unit;
+            if left <= ACCURACY * scale + LAST_PLACES * unit || is_rounding {
                 return Ok(());
             }
             if iteration > 0 && ratio > SLOW {

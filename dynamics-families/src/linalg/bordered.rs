@@ -222,17 +222,16 @@ impl Factors {
 
     /// The same in the order of places.
     pub(crate) fn solve_ordered(&self, x: &mut [f64]) {
-        let (n, m) = (self.layout.core, self.layout.border());
+        let n = self.layout.core;
         let (core, border) = x.split_at_mut(n);
         self.core.solve(core);
-        for k in 0..m {
-            let row = &self.below[k * n..(k + 1) * n];
-            border[k] -= crate::generated::sum(0..n, |i| row[i] * core[i]);
+        // Without a border there are no rows, and chunks of length 0 do not exist.
+        for (value, row) in border.iter_mut().zip(self.below.chunks_exact(n.max(1))) {
+            *value -= crate::generated::sum(0..n, |i| row[i] * core[i]);
         }
         self.schur.solve(border);
-        for k in 0..m {
-            let column = &self.solved[k * n..(k + 1) * n];
-            core.iter_mut().zip(column).for_each(|(x, a)| *x -= a * border[k]);
+        for (value, column) in border.iter().zip(self.solved.chunks_exact(n.max(1))) {
+            core.iter_mut().zip(column).for_each(|(x, a)| *x -= a * value);
         }
     }
 

@@ -415,3 +415,87 @@ impl FamilyModel for GuitarString {
         vec![("place", (0..n).map(place).collect())]
     }
 }
+
+/// A trolley on a rail and a chain of masses 1 and springs k behind it, their places counted from the trolley:
+/// M couples the trolley to every mass.
+#[derive(Clone, Debug)]
+pub(crate) struct Trolley {
+    pub(crate) masses: usize,
+    pub(crate) trolley: f64,
+    pub(crate) k: f64,
+}
+
+impl Trolley {
+    fn stretch(q: &[f64], e: usize) -> f64 {
+        q[e + 1] - if e == 0 { 0.0 } else { q[e] }
+    }
+}
+
+impl Described for Trolley {
+    type Coordinates = Jets;
+    const NAME: &'static str = "Trolley";
+}
+
+impl FamilyModel for Trolley {
+    type State = State;
+    const FIELDS: &'static [Field] = &[
+        Field { name: "cart", unit: "m", length: Length::One },
+        Field { name: "x", unit: "m", length: Length::Count { count: "masses", plus: 0 } },
+    ];
+    const INPUTS: &'static [Quantity] = &[];
+    const OUTPUTS: &'static [OutputDeclaration] = &[];
+    const CONSERVATIVE: bool = true;
+    const VELOCITY_FORCES: bool = false;
+    const DIAGONAL: bool = false;
+    const OPERATIONS: usize = 5;
+    const REPORT: &'static str = "";
+    const EQUATIONS: &'static str = "";
+
+    fn ends(&self) -> Result<Vec<usize>, SizeError> {
+        Ok(vec![1, 1 + self.masses])
+    }
+    fn forces(&self, at: View<'_>, forces: &mut [f64]) {
+        forces[0] = 0.0;
+        for i in 0..self.masses {
+            let right = if i + 1 < self.masses { Self::stretch(at.q, i + 1) } else { 0.0 };
+            forces[i + 1] = self.k * (right - Self::stretch(at.q, i));
+        }
+    }
+    fn scaled_forces(&self, at: View<'_>, scale: &[f64], accelerations: &mut [f64]) {
+        self.forces(at, accelerations);
+        accelerations.iter_mut().zip(scale).for_each(|(a, scale)| *a *= scale);
+    }
+    fn kick(&self, _: f64, _: &[f64], _: &[f64], _: &[f64], _: f64, _: &mut [f64]) {
+        unreachable!("M is not diagonal")
+    }
+    fn energies(&self, at: View<'_>) -> EnergyParts {
+        let kinetic = sum(1..self.masses + 1, |i| 0.5 * (at.u[0] + at.u[i]) * (at.u[0] + at.u[i]));
+        let potential = sum(0..self.masses, |e| 0.5 * self.k * Self::stretch(at.q, e).powi(2));
+        EnergyParts { kinetic: kinetic + 0.5 * self.trolley * at.u[0] * at.u[0], potential }
+    }
+    fn mass(&self, add: &mut Entries<'_>) {
+        add(0, 0, self.trolley);
+        for i in 1..=self.masses {
+            for (row, column) in [(0, 0), (0, i), (i, 0), (i, i)] {
+                add(row, column, 1.0);
+            }
+        }
+    }
+    fn stiffness(&self, _: View<'_>, add: &mut Entries<'_>) {
+        for e in 0..self.masses {
+            add(e + 1, e + 1, self.k);
+            if e > 0 {
+                add(e, e, self.k);
+                add(e, e + 1, -self.k);
+                add(e + 1, e, -self.k);
+            }
+        }
+    }
+    fn damping(&self, _: View<'_>, _: &mut Entries<'_>) {}
+    fn coordinates(state: &State, accelerations: &[f64]) -> Jets {
+        Jets::new(state, accelerations)
+    }
+    fn output(&self, _: usize, _: &Jets) -> Vec<f64> {
+        Vec::new()
+    }
+}

@@ -5,7 +5,7 @@ use crate::integrate::geometric::composition;
 use crate::integrate::{ControllerSettings, Dop853, DormandPrince5, Scheme};
 
 /// A row of a tableau: (stage, coefficient).
-pub type Row = &'static [(usize, f64)];
+pub type SparseRow = &'static [(usize, f64)];
 
 /// An explicit method with an error estimate.
 #[derive(Clone, Copy, Debug)]
@@ -14,13 +14,13 @@ pub struct Embedded {
     pub nodes: &'static [f64],
     /// The rows of all stages, the first empty. Where the method reuses its last stage, that row is the
     /// result's.
-    pub rows: &'static [Row],
+    pub rows: &'static [SparseRow],
     /// Weights of the result.
-    pub weights: Row,
+    pub weights: SparseRow,
     /// Weights of the error estimate.
-    pub error: Row,
+    pub error: SparseRow,
     /// Weights of the embedded result of order 3 that DOP853 has besides.
-    pub third_order: Option<Row>,
+    pub third_order: Option<SparseRow>,
     /// Whether the last stage is the first of the next step.
     pub first_same_as_last: bool,
     /// Order of the error estimate.
