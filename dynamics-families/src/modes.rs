@@ -134,16 +134,22 @@ impl<M: FamilyModel> Pencil<'_, M> {
         })
     }
 
-    /// A shift below all eigenvalues: 0 where K is positive definite.
-    fn shift_below_all(&mut self) -> Result<f64, FamilyErrorKind> {
-        if self.factor(0.0)? == (0, false) {
-            return Ok(0.0);
-        }
+    /// The largest kᵢᵢ/mᵢᵢ of the last matrix: eigenvalues are known to the rounding of this.
+    fn scale(&self) -> f64 {
         let mut scale = 0.0f64;
         let (layout, diagonal) = (&self.tangent.layout, &self.tangent.diagonal);
         self.tangent.matrix.for_each_row(|place, entry, _| {
             scale = scale.max(entry.abs() / diagonal[layout.unknown[place]]);
         });
+        scale
+    }
+
+    /// A shift below all eigenvalues: 0 where K is positive definite.
+    fn shift_below_all(&mut self) -> Result<f64, FamilyErrorKind> {
+        if self.factor(0.0)? == (0, false) {
+            return Ok(0.0);
+        }
+        let scale = self.scale();
         let mut shift = -FIRST_SHIFT * if scale > 0.0 { scale } else { 1.0 };
         for _ in 0..24 {
             if self.factor(shift)? == (0, false) {
@@ -162,6 +168,7 @@ impl<M: FamilyModel> Pencil<'_, M> {
     /// do not converge.
     fn iterate(&mut self, shift: f64, count: usize, size: usize) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
         let n = self.tangent.diagonal.len();
+        let rounding = f64::EPSILON * self.scale();
         // Numbers without a pattern: no mode is orthogonal to them.
         let mut seed = 0x9e37_79b9_7f4a_7c15u64;
         let mut random = || {
@@ -193,7 +200,7 @@ impl<M: FamilyModel> Pencil<'_, M> {
             let settled = ritz[..count]
                 .iter()
                 .zip(&values)
-                .all(|(new, old)| (new - old).abs() <= ACCURACY * new.abs().max(shift.abs()));
+                .all(|(new, old)| (new - old).abs() <= ACCURACY * new.abs() + rounding);
             values = ritz;
             if settled && last == MOST_ITERATIONS {
                 last = (2 * iteration).min(MOST_ITERATIONS - 1);
