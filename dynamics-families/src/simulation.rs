@@ -153,8 +153,9 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
     /// Permitted error of each step, absolute (in the unit of each coordinate and velocity) and relative
     /// alike. Default 1e-9.
     ///
-    /// The absolute tolerance of small motions is smaller. Where the coordinates of a field, or their
-    /// velocities, have stayed below 0.1, it is the tolerance times ten times the largest of them.
+    /// The absolute tolerance of small motions is smaller. Where the coordinates of all fields of one unit, or
+    /// their velocities, have stayed below 0.1, it is the tolerance times ten times the largest of them, but no
+    /// less than a millionth of the tolerance.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerances = Some((Tolerances::both(tolerance), true));
         self

@@ -83,6 +83,10 @@ impl<M: FamilyModel> FixedStep<M> for Splitting {
         Ok(())
     }
 
+    fn keeps_state(&self) -> bool {
+        false
+    }
+
     fn bytes(&self) -> usize {
         0
     }
