@@ -59,6 +59,9 @@
 #[cfg(feature = "analysis")]
 #[doc(inline)]
 pub use dynamics_analysis as analysis;
+#[cfg(feature = "families")]
+#[doc(inline)]
+pub use dynamics_families as families;
 pub use dynamics_macros::{Dynamics, dynamics};
 #[cfg(feature = "alloc")]
 pub use dynamics_runtime::{
@@ -112,6 +115,10 @@ pub mod prelude {
     // Methods of models, states, jets and numbers.
     #[cfg(feature = "analysis")]
     pub use dynamics_analysis::{Analyze as _, Vary as _};
+    #[cfg(feature = "families")]
+    pub use dynamics_families::model::{FamilyModel as _, FamilyState as _};
+    #[cfg(feature = "families")]
+    pub use dynamics_families::{Every, SimulateFamilies as _};
     pub use dynamics_runtime::math::F64Ext as _;
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::mechanism::Mechanism as _;
@@ -135,7 +142,7 @@ pub mod __private {
     pub use core::ops::{Fn, FnMut};
     pub use core::option::Option;
     pub use core::prelude::v1::derive;
-    pub use core::primitive::{bool, f64, str, u32, usize};
+    pub use core::primitive::{bool, f64, isize, str, u8, u32, usize};
     pub use core::result::Result::{self, Err, Ok};
     pub use core::{assert, fmt, unreachable};
     pub use dynamics_macros::__model;
@@ -160,6 +167,17 @@ pub mod __private {
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::{Drawing, Places, Point};
     pub use dynamics_runtime::reaction::{Reaction, Reactions, type_of};
+    /// What models with families refer to.
+    #[cfg(feature = "families")]
+    pub mod families {
+        pub use core::iter::IntoIterator;
+        pub use dynamics_families::loops::{self, output_values};
+        pub use dynamics_families::model::{
+            EnergyParts, Entries, FamilyModel, FamilyState, Field, Length, OutputDeclaration, SizeError, View,
+        };
+        pub use dynamics_families::state::{FamilyStateError, GivenState, Values};
+        pub use std::vec::Vec;
+    }
     pub use dynamics_runtime::series::{self, expand, expand_constrained};
     pub use dynamics_runtime::unconstrained;
     pub use dynamics_runtime::{Expr, SmoothFunction, math, sin_cos};

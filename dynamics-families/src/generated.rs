@@ -7,7 +7,7 @@ pub const BLOCK: usize = 256;
 const LANES: usize = 8;
 
 /// The sum of at most a block: eight sums side by side, then those pairwise.
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn block_sum(values: &[f64]) -> f64 {
     let mut lanes = [0.0; LANES];
@@ -47,7 +47,7 @@ impl Sum {
     }
 
     /// Adds the sum of the next block.
-    #[inline]
+    #[inline(always)]
     pub fn add(&mut self, block: f64) {
         let mut carried = block;
         let level = self.blocks.trailing_ones() as usize;

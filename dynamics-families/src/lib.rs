@@ -13,6 +13,8 @@
 //! |---|---|
 //! | `simulation` | the builder of a simulation and its checks |
 //! | `run` | the loop over steps: frames, limits, values that are not finite |
+//! | `state` | states on the heap, and how they are given by name |
+//! | `loops`, `generated` | what generated code is made of |
 //! | `integrate/` | methods: Störmer–Verlet and its compositions, Runge–Kutta, implicit ones |
 //! | `equations`, `mass` | accelerations from forces; M and its factors |
 //! | `step_bound` | the longest step of a method |
@@ -31,6 +33,8 @@ mod file;
 pub mod generated;
 mod integrate;
 mod linalg;
+#[doc(hidden)]
+pub mod loops;
 mod mass;
 pub mod methods;
 pub mod model;
@@ -40,6 +44,7 @@ mod output;
 mod record;
 mod run;
 mod simulation;
+pub mod state;
 mod statics;
 mod step_bound;
 mod summary;

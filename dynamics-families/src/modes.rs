@@ -8,7 +8,9 @@
 
 use crate::error::FamilyError;
 use crate::failure::{FamilyErrorKind, check_state};
+use crate::linalg::bordered::Bordered;
 use crate::linalg::dense::symmetric_eigen;
+use crate::linalg::order::Layout;
 use crate::model::{FamilyModel, FamilyState};
 use crate::tangent::{Coefficients, Tangent};
 
@@ -54,30 +56,42 @@ pub(crate) fn modes<M: FamilyModel>(
     let count = count.min(n);
     let mut pencil =
         Pencil { model, state, tangent: Tangent::new(model, state.view(), &ends).map_err(failed)? };
+    let mode = |layout: &Layout, square: f64, vector: &mut dyn Iterator<Item = f64>| {
+        let mut shape = vec![0.0; n];
+        layout.unknown.iter().zip(vector).for_each(|(&unknown, value)| shape[unknown] = value);
+        let largest = shape.iter().fold(0.0f64, |most, x| if x.abs() > most.abs() { *x } else { most });
+        if largest < 0.0 {
+            shape.iter_mut().for_each(|x| *x = -*x);
+        }
+        FamilyMode { omega_squared: square, shape }
+    };
+    if smallest_subspace(count) >= n {
+        // The subspace would be the whole space, and dense matrices miss nothing.
+        let (squares, vectors) = pencil.whole().map_err(failed)?;
+        let layout = &pencil.tangent.layout;
+        let column = |k: usize| (0..n).map(move |i| i * n + k);
+        let all = (0..count).map(|k| mode(layout, squares[k], &mut column(k).map(|at| vectors[at])));
+        return Ok(all.collect());
+    }
     let shift = pencil.shift_below_all().map_err(failed)?;
     let mut found = 0;
     for round in 0..MOST_SUBSPACES {
-        let size = ((2 * count + 8) << round).min(n);
+        let size = (smallest_subspace(count) << round).min(n);
         pencil.factor(shift).map_err(failed)?;
         let Some((squares, vectors)) = pencil.iterate(shift, count, size) else { continue };
         found = count;
         if pencil.certify(&squares, count).map_err(failed)? {
             let layout = &pencil.tangent.layout;
-            let mode = |k: usize| {
-                let mut shape = vec![0.0; n];
-                let places = layout.unknown.iter().zip(&vectors[k]);
-                places.for_each(|(&unknown, value)| shape[unknown] = *value);
-                let largest =
-                    shape.iter().fold(0.0f64, |most, x| if x.abs() > most.abs() { *x } else { most });
-                if largest < 0.0 {
-                    shape.iter_mut().for_each(|x| *x = -*x);
-                }
-                FamilyMode { omega_squared: squares[k], shape }
-            };
-            return Ok((0..count).map(mode).collect());
+            let all = (0..count).map(|k| mode(layout, squares[k], &mut vectors[k].iter().copied()));
+            return Ok(all.collect());
         }
     }
     Err(failed(FamilyErrorKind::ModesMissing { found, wanted: count }))
+}
+
+/// Vectors of the first subspace.
+fn smallest_subspace(count: usize) -> usize {
+    2 * count + 8
 }
 
 struct Pencil<'a, M: FamilyModel> {
@@ -94,6 +108,29 @@ impl<M: FamilyModel> Pencil<'_, M> {
         self.tangent.inertia().ok_or(FamilyErrorKind::NotSymmetric {
             matrix: "tangent stiffness",
             remedy: "so its modes are not real; simulate a small disturbance instead",
+        })
+    }
+
+    /// All eigenvalues, rising, and eigenvectors by columns, in the order of places, from dense matrices.
+    fn whole(&mut self) -> Result<(Vec<f64>, Vec<f64>), FamilyErrorKind> {
+        let weights = Coefficients { mass: 0.0, damping: 0.0, stiffness: 1.0 };
+        self.tangent.assemble(self.model, self.state.view(), weights)?;
+        let n = self.tangent.diagonal.len();
+        let dense = |matrix: &Bordered| {
+            let mut all = vec![0.0; n * n];
+            matrix.for_each_row(|i, diagonal, others| {
+                all[i * n + i] = diagonal;
+                others.for_each(|(j, entry)| all[i * n + j] = entry);
+            });
+            all
+        };
+        let (stiffness, mass) = (dense(&self.tangent.matrix), dense(&self.tangent.mass));
+        // Says that the matrix is not symmetric.
+        self.factor(0.0)?;
+        small_pencil(stiffness, mass, n).ok_or(FamilyErrorKind::Singular {
+            matrix: "mass matrix",
+            coordinate: String::new(),
+            remedy: "give each node a positive mass",
         })
     }
 

@@ -1,6 +1,7 @@
 //! The driver: one line per pass, two error checkpoints.
 
-use dynamics_symbolic::compile::Compiled;
+use dynamics_symbolic::families::{Derived, FamilyModel, Range, Underivable};
+use dynamics_symbolic::graph::NodeId;
 use proc_macro2::{TokenStream, TokenTree};
 use quote::ToTokens;
 
@@ -17,17 +18,40 @@ use crate::syntax::{self, Declaration, Implementation, Role};
 pub(crate) struct CompiledModel {
     pub(crate) declaration: Declaration,
     pub(crate) implementation: Implementation,
-    pub(crate) compiled: Compiled,
+    pub(crate) compiled: dynamics_symbolic::compile::Compiled,
     pub(crate) constants: Constants,
     /// Helpers that return vectors which by their units are no places: directions, velocities, forces.
     pub(crate) vectors: Vec<syn::Ident>,
 }
 
+/// A derived model with families.
+#[derive(Clone, Debug)]
+pub(crate) struct CompiledFamilies {
+    pub(crate) declaration: Declaration,
+    pub(crate) implementation: Implementation,
+    pub(crate) family: FamilyModel,
+    pub(crate) derived: Derived,
+    /// For every field what the rounds give to a node far from all ends.
+    pub(crate) interior: Vec<Option<NodeId>>,
+    pub(crate) report: String,
+    pub(crate) equations: String,
+    /// Names and units of the outputs, and whether they have a value for every index.
+    pub(crate) outputs: Vec<(syn::Ident, String, bool)>,
+    /// Helpers `(&self, q, index)` that return places, with the indices for which they are called.
+    pub(crate) places: Vec<(syn::Ident, Range)>,
+    pub(crate) constants: Constants,
+}
+
+/// A derived model, of whatever kind.
+pub(crate) enum Compiled {
+    /// Of fixed size.
+    Model(Box<CompiledModel>),
+    /// With families.
+    Families(Box<CompiledFamilies>),
+}
+
 /// Tokens of the struct and of its impl block → derived model.
-pub(crate) fn compile(
-    item_struct: TokenStream,
-    item_impl: TokenStream,
-) -> Result<CompiledModel, Vec<syn::Error>> {
+pub(crate) fn compile(item_struct: TokenStream, item_impl: TokenStream) -> Result<Compiled, Vec<syn::Error>> {
     let mut diagnostics = Diagnostics::new();
     let declaration = syntax::parse_struct(item_struct, &mut diagnostics);
     let implementation = syntax::parse_impl(item_impl, &mut diagnostics);
@@ -39,6 +63,10 @@ pub(crate) fn compile(
     let (Some(declaration), Some(implementation)) = (declaration, implementation) else {
         return Err(Vec::new());
     };
+    if declaration.has_families() {
+        return families(declaration, implementation, diagnostics)
+            .map(|compiled| Compiled::Families(Box::new(compiled)));
+    }
     let elaborated = elaborate::elaborate(&declaration, &implementation, &mut diagnostics);
     let model = Place::from(declaration.name.span());
     if diagnostics.len() > 0 {
@@ -51,7 +79,8 @@ pub(crate) fn compile(
     match dynamics_symbolic::compile::compile(elaborated.model) {
         Ok(compiled) => {
             let elaborate::Elaborated { constants, vectors, .. } = elaborated;
-            Ok(CompiledModel { declaration, implementation, compiled, constants, vectors })
+            let compiled = CompiledModel { declaration, implementation, compiled, constants, vectors };
+            Ok(Compiled::Model(Box::new(compiled)))
         }
         Err(findings) => {
             let terms = elaborate::elaborate_terms(&declaration, &implementation);
@@ -61,6 +90,107 @@ pub(crate) fn compile(
             Err(diagnostics.finish().err().unwrap_or_default())
         }
     }
+}
+
+/// How many nodes a family has at least where the model is unrolled, beyond what its ends need.
+const UNROLLED_BEYOND_ENDS: i64 = 3;
+
+/// A model with families: element by element, and unrolled at small counts. The latter goes through all
+/// checks of ordinary models, and has to have the same equations.
+fn families(
+    declaration: Declaration,
+    implementation: Implementation,
+    mut diagnostics: Diagnostics,
+) -> Result<CompiledFamilies, Vec<syn::Error>> {
+    let model = Place::from(declaration.name.span());
+    let elaborated = elaborate::elaborate_families(&declaration, &implementation, &mut diagnostics);
+    diagnostics.checkpoint()?;
+    let elaborate::ElaboratedFamilies { mut family, origins, called } = elaborated;
+    let derived = match dynamics_symbolic::families::derive(&mut family) {
+        Ok(derived) => derived,
+        Err(reasons) => {
+            for reason in reasons {
+                let (message, origin) = match reason {
+                    Underivable::MassMoves { function, origin } => (messages::mass_moves(function), origin),
+                    Underivable::NotQuadratic { function, origin } => {
+                        (messages::energy_not_quadratic(function), origin)
+                    }
+                };
+                diagnostics.error(origins.place(origin).unwrap_or(model), &message);
+            }
+            return Err(diagnostics.finish().err().unwrap_or_default());
+        }
+    };
+    let counts: Vec<i64> = family.least.iter().map(|least| least.max(&1) + UNROLLED_BEYOND_ENDS).collect();
+    let value = |name: &syn::Ident| {
+        let index = family.counts.iter().position(|count| name == count);
+        index.map_or(0, |index| counts[index])
+    };
+    let unrolled = declaration.at_counts(value);
+    let witness = elaborate::elaborate_unrolled(&unrolled, &implementation, &counts, &mut diagnostics);
+    diagnostics.checkpoint()?;
+    let mut compiled = match dynamics_symbolic::compile::compile(witness.model) {
+        Ok(compiled) => compiled,
+        Err(findings) => {
+            witness.origins.report_whole(findings, model, &mut diagnostics);
+            return Err(diagnostics.finish().err().unwrap_or_default());
+        }
+    };
+    let same = dynamics_symbolic::families::verify(
+        &family,
+        &derived,
+        &counts,
+        &mut compiled.model,
+        &compiled.equations,
+    );
+    if let Err(mismatch) = same {
+        let message = messages::elements_differ(mismatch.what, mismatch.coordinate);
+        diagnostics.error(model, &message);
+        return Err(diagnostics.finish().err().unwrap_or_default());
+    }
+    // What is inferred of units is known of the unrolled model.
+    let unit =
+        |name: &str| compiled.model.coordinates.iter().find(|c| c.name == name).map(|c| c.unit.clone());
+    for field in &mut family.fields {
+        let node = if field.length.is_some() { format!("{}[0]", field.name) } else { field.name.clone() };
+        field.unit = unit(&node).unwrap_or_default();
+    }
+    let conserved: Vec<String> =
+        compiled.equations.conserved.iter().map(|c| c.quantity.name.clone()).collect();
+    let report = dynamics_symbolic::families::report(&family, &derived, &conserved);
+    let outputs = implementation.functions.iter().filter(|f| f.role == Role::Output).map(|f| {
+        let known = compiled.model.outputs.iter().find(|output| f.name == output.name.as_str());
+        (f.name.clone(), known.map(|o| o.unit.clone()).unwrap_or_default(), f.returns_list())
+    });
+    let outputs = outputs.collect();
+    let mut places: Vec<(syn::Ident, Range)> = Vec::new();
+    for (index, range) in called {
+        let function = &implementation.functions[index];
+        if !function.may_be_place_of_index() || witness.vectors.contains(&function.name) {
+            continue;
+        }
+        match places.iter_mut().find(|(name, _)| *name == function.name) {
+            Some((_, all)) => {
+                *all = Range { start: all.start.min(range.start), end: all.end.max(range.end) };
+            }
+            None => places.push((function.name.clone(), range)),
+        }
+    }
+    let interior = dynamics_symbolic::families::interior_forces(&mut family, &derived.elements);
+    let equations = dynamics_symbolic::families::equations(&mut family, &derived);
+    let constants = witness.constants;
+    Ok(CompiledFamilies {
+        declaration,
+        implementation,
+        family,
+        derived,
+        interior,
+        report,
+        equations,
+        outputs,
+        places,
+        constants,
+    })
 }
 
 /// Types of the language of models that only some models name.

@@ -15,6 +15,7 @@ mod declare;
 mod derivative;
 mod dimensions;
 mod expressions;
+mod families;
 mod findings;
 mod integer_types;
 mod integers;
@@ -38,6 +39,7 @@ mod vector_methods;
 use std::collections::{BTreeMap, BTreeSet};
 use std::mem;
 
+use dynamics_symbolic::families::{FamilyModel, Range};
 use dynamics_symbolic::mechanics::Model;
 use quote::ToTokens;
 
@@ -47,6 +49,7 @@ use crate::library::Library;
 use crate::syntax::{Declaration, Implementation, Role};
 use constraints::DeclaredConstraint;
 use dimensions::Dimensions;
+use families::Families;
 pub(crate) use origins::Origins;
 pub(crate) use roles::is_generated;
 use scope::Frame;
@@ -81,6 +84,8 @@ struct Elaborator<'a> {
     /// `q.name`.
     coordinates: Vec<(String, Value)>,
     functions: Vec<FunctionUnits>,
+    /// Numbered coordinates, where the model has some.
+    families: Families,
     /// `Self::NAME`, once evaluated.
     constants: Vec<Option<Value>>,
     /// Paths that were taken for constants of std's.
@@ -120,13 +125,54 @@ pub(crate) fn elaborate(
     implementation: &Implementation,
     diagnostics: &mut Diagnostics,
 ) -> Elaborated {
-    elaborate_sums(declaration, implementation, Sums::Whole, diagnostics)
+    elaborate_sums(declaration, implementation, Sums::Whole, Families::default(), diagnostics)
+}
+
+/// Elaborates a model with families unrolled: with counts of these values. Its declaration is that at these
+/// counts.
+pub(crate) fn elaborate_unrolled(
+    declaration: &Declaration,
+    implementation: &Implementation,
+    counts: &[i64],
+    diagnostics: &mut Diagnostics,
+) -> Elaborated {
+    let families = Families { values: counts.to_vec(), ..Families::default() };
+    elaborate_sums(declaration, implementation, Sums::Whole, families, diagnostics)
+}
+
+/// A model with families, element by element.
+pub(crate) struct ElaboratedFamilies {
+    pub(crate) family: FamilyModel,
+    pub(crate) origins: Origins,
+    /// For helpers `(&self, q, index)`: the indices for which they are called, by the number of the function.
+    pub(crate) called: Vec<(usize, Range)>,
+}
+
+/// Elaborates all functions of a model with families that have a role.
+pub(crate) fn elaborate_families(
+    declaration: &Declaration,
+    implementation: &Implementation,
+    diagnostics: &mut Diagnostics,
+) -> ElaboratedFamilies {
+    let families = Families { symbolic: true, ..Families::default() };
+    let library = Library::needed_by(implementation.functions.iter().map(|f| f.item.block.to_token_stream()));
+    let mut elaborator =
+        Elaborator::new(declaration, implementation, &library, Sums::Whole, families, diagnostics);
+    elaborator.declare();
+    elaborator.roles();
+    elaborator.check_integers();
+    elaborator.name_inferred_units();
+    elaborator.note_scalars();
+    let Elaborator { model, families, origins, .. } = elaborator;
+    let family = FamilyModel { model, ..families.found };
+    ElaboratedFamilies { family, origins, called: families.called }
 }
 
 /// The same with every term of an energy or a force by itself, for the engine to find those at fault.
 pub(crate) fn elaborate_terms(declaration: &Declaration, implementation: &Implementation) -> Elaborated {
     let mut known = Diagnostics::new();
-    let elaborated = elaborate_sums(declaration, implementation, Sums::Apart, &mut known);
+    let elaborated =
+        elaborate_sums(declaration, implementation, Sums::Apart, Families::default(), &mut known);
     // What could not be elaborated was reported before.
     let _ = known.finish();
     elaborated
@@ -143,40 +189,11 @@ fn elaborate_sums(
     declaration: &Declaration,
     implementation: &Implementation,
     sums: Sums,
+    families: Families,
     diagnostics: &mut Diagnostics,
 ) -> Elaborated {
     let library = Library::needed_by(implementation.functions.iter().map(|f| f.item.block.to_token_stream()));
-    let mut elaborator = Elaborator {
-        declaration,
-        implementation,
-        library: &library,
-        diagnostics,
-        sums,
-        terms: Vec::new(),
-        model: Model { name: declaration.name.to_string(), ..Model::default() },
-        origins: Origins::default(),
-        dimensions: Dimensions::default(),
-        parameters: Vec::new(),
-        coordinates: Vec::new(),
-        functions: Vec::new(),
-        constants: Vec::new(),
-        taken: Vec::new(),
-        taken_words: Vec::new(),
-        frames: Vec::new(),
-        inference: integers::Inference::default(),
-        rotations: rotations::Rotations::new(),
-        places: bodies::Places::default(),
-        bodies: bodies::Bodies::default(),
-        assumptions: assumptions::Assumptions::default(),
-        constraints: Vec::new(),
-        speeds: Vec::new(),
-        role: Role::Helper,
-        reached: BTreeSet::new(),
-        returned: BTreeMap::new(),
-        steps: 0,
-        depth: 0,
-        exhausted: false,
-    };
+    let mut elaborator = Elaborator::new(declaration, implementation, &library, sums, families, diagnostics);
     elaborator.declare();
     elaborator.check_speeds_are_defined();
     elaborator.roles();
@@ -203,4 +220,48 @@ fn elaborate_sums(
     // What no role reaches may hold what cannot be derived.
     let _ = unread.finish();
     Elaborated { model, origins, vectors, constants }
+}
+
+impl<'a> Elaborator<'a> {
+    fn new(
+        declaration: &'a Declaration,
+        implementation: &'a Implementation,
+        library: &'a Library,
+        sums: Sums,
+        families: Families,
+        diagnostics: &'a mut Diagnostics,
+    ) -> Self {
+        Self {
+            declaration,
+            implementation,
+            library,
+            diagnostics,
+            sums,
+            terms: Vec::new(),
+            model: Model { name: declaration.name.to_string(), ..Model::default() },
+            origins: Origins::default(),
+            dimensions: Dimensions::default(),
+            parameters: Vec::new(),
+            coordinates: Vec::new(),
+            functions: Vec::new(),
+            families,
+            constants: Vec::new(),
+            taken: Vec::new(),
+            taken_words: Vec::new(),
+            frames: Vec::new(),
+            inference: integers::Inference::default(),
+            rotations: rotations::Rotations::new(),
+            places: bodies::Places::default(),
+            bodies: bodies::Bodies::default(),
+            assumptions: assumptions::Assumptions::default(),
+            constraints: Vec::new(),
+            speeds: Vec::new(),
+            role: Role::Helper,
+            reached: BTreeSet::new(),
+            returned: BTreeMap::new(),
+            steps: 0,
+            depth: 0,
+            exhausted: false,
+        }
+    }
 }

@@ -17,6 +17,7 @@ mod constants;
 mod coordinates;
 mod docs;
 mod fallback;
+mod families;
 mod program;
 mod state;
 mod traits;
@@ -24,6 +25,7 @@ mod traits;
 pub(crate) use bridge::{bridge, broken_bridge, dead_bridge, mark, once, once_per_name};
 pub(crate) use constants::{assert_paths, followed};
 pub(crate) use fallback::fallback;
+pub(crate) use families::{family_fallback, family_traits, family_types};
 pub(crate) use traits::traits;
 
 use std::mem;
@@ -73,6 +75,8 @@ pub(crate) struct Slot {
     pub(crate) name: Ident,
     /// Number of elements of an array; `None` for a scalar.
     pub(crate) len: Option<usize>,
+    /// Whether it is a family, whose length is known when the program runs.
+    pub(crate) family: bool,
     /// Its unit, empty where not declared.
     pub(crate) unit: String,
 }

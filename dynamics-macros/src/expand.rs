@@ -5,7 +5,7 @@ use quote::{ToTokens, quote};
 use syn::{Ident, ImplItem, ItemImpl, ItemStruct, ReturnType, Type};
 
 use crate::assertions::Constants;
-use crate::compile::{CompiledModel, compile};
+use crate::compile::{Compiled, CompiledFamilies, CompiledModel, compile};
 use crate::diagnostics::{Diagnostics, Place};
 use crate::elaborate;
 use crate::emit::{self, Slot, Surface};
@@ -43,12 +43,14 @@ pub(crate) fn derive(item: TokenStream) -> TokenStream {
     };
     let mark = emit::mark(&declaration.name, &declaration.item.generics);
     let surface = surface(&declaration, None, &[]);
-    let types = emit::named_types(&surface);
+    let families = declaration.has_families();
+    let types = if families { emit::family_types(&surface) } else { emit::named_types(&surface) };
     if errors.is_empty() {
         let bridge = emit::bridge(&surface, &own_tokens(declaration.item));
         quote!(#types #bridge #mark)
     } else {
-        let (bridge, fallback) = (emit::broken_bridge(&surface), emit::fallback(&surface));
+        let bridge = emit::broken_bridge(&surface);
+        let fallback = if families { emit::family_fallback(&surface) } else { emit::fallback(&surface) };
         if !declaration.item.generics.params.is_empty() {
             // Impls for a type whose arguments are missing would be a second error.
             return quote!(#errors #bridge #mark);
@@ -154,7 +156,16 @@ pub(crate) fn model(input: TokenStream) -> TokenStream {
     }
     let (item, implementation) = (resolved_like(item, &implementation), ungrouped(implementation));
     match compile(item.clone(), implementation.clone()) {
-        Ok(CompiledModel { declaration, implementation, compiled, constants, vectors }) => {
+        Ok(Compiled::Families(families)) => {
+            let CompiledFamilies { declaration, implementation, constants, .. } = &*families;
+            let surface = surface(declaration, Some(implementation), &[]);
+            let (item, traits) =
+                (kept(implementation, constants, &surface), emit::family_traits(&surface, &families));
+            let asserted = emit::followed(&surface, constants);
+            quote!(#item #traits #asserted)
+        }
+        Ok(Compiled::Model(model)) => {
+            let CompiledModel { declaration, implementation, compiled, constants, vectors } = *model;
             let surface = surface(&declaration, Some(&implementation), &vectors);
             let (item, traits) =
                 (kept(&implementation, &constants, &surface), emit::traits(&surface, &compiled));
@@ -163,8 +174,14 @@ pub(crate) fn model(input: TokenStream) -> TokenStream {
         }
         Err(errors) => {
             let (errors, stubbed) = (failed(&errors), stubbed(implementation));
-            let fallback =
-                declared(item).map(|declaration| emit::fallback(&surface(&declaration, None, &[])));
+            let fallback = declared(item).map(|declaration| {
+                let surface = surface(&declaration, None, &[]);
+                if declaration.has_families() {
+                    emit::family_fallback(&surface)
+                } else {
+                    emit::fallback(&surface)
+                }
+            });
             quote!(#errors #stubbed #fallback)
         }
     }
@@ -305,6 +322,7 @@ fn surface(declaration: &Declaration, implementation: Option<&Implementation>, v
     let slot = |quantity: &Quantity| Slot {
         name: quantity.name.clone(),
         len: quantity.length,
+        family: quantity.family.is_some(),
         unit: quantity.unit.as_ref().map(syntax::UnitText::text).unwrap_or_default(),
     };
     let (mut parameters, mut functions) = (Vec::new(), Vec::new());
@@ -318,6 +336,7 @@ fn surface(declaration: &Declaration, implementation: Option<&Implementation>, v
                 }));
             }
             FieldKind::Function(_) => functions.push(name.clone()),
+            FieldKind::Count | FieldKind::Numbered => {}
         }
     }
     let functions_of = |wanted: &dyn Fn(&syntax::Function) -> bool| -> Vec<Ident> {

@@ -12,6 +12,7 @@ pub mod algebra;
 pub mod calculus;
 pub mod check;
 pub mod compile;
+pub mod families;
 pub mod graph;
 pub mod mechanics;
 pub mod schedule;

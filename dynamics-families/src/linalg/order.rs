@@ -1,9 +1,9 @@
 //! The order of unknowns in which a matrix is banded: by node, the fields of a node side by side, and last a
 //! border of unknowns that couple to others far away.
 //!
-//! Nodes of equal number are neighbours. What couples further than [`FAR_NODES`] nodes apart makes one of the
-//! two a border unknown, always the one with the most such couplings: a trolley that moves the frame of a
-//! whole cable, a load at the far end, one node of a ring.
+//! Nodes of equal number are neighbours. Ordinary coordinates belong to the border: a trolley that moves the
+//! frame of a whole cable. What couples further than [`FAR_NODES`] nodes apart makes one of the two a border
+//! unknown, always the one with the most such couplings: a load at the far end, one node of a ring.
 
 /// Couplings up to this many nodes apart belong to the band: as far as an index may reach.
 const FAR_NODES: usize = 33;
@@ -126,11 +126,13 @@ fn border(
     }
     far.sort_unstable();
     far.dedup();
-    let is_ordinary = |unknown: usize| {
-        let field = ends.partition_point(|&end| end <= unknown);
-        ends[field] - if field == 0 { 0 } else { ends[field - 1] } == 1
-    };
-    let mut border = Vec::new();
+    // Ordinary coordinates may couple to every node.
+    let lengths: Vec<usize> =
+        (0..ends.len()).map(|field| ends[field] - if field == 0 { 0 } else { ends[field - 1] }).collect();
+    let has_families = lengths.iter().any(|&length| length > 1);
+    let ordinary = ends.iter().zip(&lengths).filter(|&(_, &length)| has_families && length == 1);
+    let mut border: Vec<usize> = ordinary.map(|(&end, _)| end - 1).collect();
+    far.retain(|(i, j)| !border.contains(i) && !border.contains(j));
     while !far.is_empty() {
         if border.len() == MOST_BORDER {
             return Err(NotBanded);
@@ -147,7 +149,7 @@ fn border(
         }
         let chosen = count
             .iter()
-            .max_by_key(|&(&unknown, &count)| (count, is_ordinary(unknown), core::cmp::Reverse(unknown)))
+            .max_by_key(|&(&unknown, &count)| (count, core::cmp::Reverse(unknown)))
             .map_or(0, |(&unknown, _)| unknown);
         border.push(chosen);
         far.retain(|&(i, j)| i != chosen && j != chosen);

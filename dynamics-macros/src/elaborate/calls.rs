@@ -28,6 +28,14 @@ impl<'a> Elaborator<'a> {
         if matches!(receiver, Value::Coordinates) && (e.method == "reaction" || e.method == "slip") {
             return self.of_constraint(e);
         }
+        if let (Some(Expr::Closure(closure)), true) = (e.args.first(), e.method == "map" && e.args.len() == 1)
+        {
+            match receiver {
+                Value::Range(range) => return self.map_range(range, closure, e.method.span()),
+                Value::Sequence(items) => return self.map_sequence(&items, closure),
+                _ => {}
+            }
+        }
         if e.args.iter().any(|a| matches!(a, Expr::Closure(_))) && !receiver.is_poison() {
             return self.fail(e.method.span(), &messages::closure_method(&e.method));
         }
@@ -76,6 +84,15 @@ impl<'a> Elaborator<'a> {
                 self.library_call(ty, name, all, place)
             }
             Value::Function(function) => self.function_method(function, name, arguments),
+            Value::Mapped(made) => self.mapped_method(&made, name, &arguments),
+            Value::Total(total) if text == "dt" && arguments.is_empty() => {
+                self.each(&total, |this, value| this.time_derivative(value, name))
+            }
+            Value::Total(_) => self.fail(name.span(), &messages::sum_as_value()),
+            Value::Range(range) if text == "rev" && arguments.is_empty() => Value::Range(range),
+            Value::Index(_) => {
+                self.fail(name.span(), &messages::index_form(name, crate::syntax::MOST_OFFSET))
+            }
             other => self.unknown_method(&other, name, &[]),
         }
     }
@@ -142,6 +159,7 @@ impl<'a> Elaborator<'a> {
             let (expected, found) = (inputs.len().saturating_sub(receiver), arguments.len() - receiver);
             return self.fail(name.span(), &messages::argument_count(name, expected, found));
         }
+        self.note_call(index, &arguments);
         let frame = Frame { function: Some(index), scopes: vec![Vec::new()], ..Frame::default() };
         self.frames.push(frame);
         self.reach(index);

@@ -299,6 +299,7 @@ impl<'a> Elaborator<'a> {
         }
         let items = match self.expression(&e.expr) {
             Value::Array(items) | Value::Sequence(items) => items,
+            Value::Range(range) => return self.index_loop(range, e),
             // One round over an unknown item finds the other mistakes in the body.
             Value::Poison => Rc::new(vec![Value::Poison]),
             other => {

@@ -3,11 +3,13 @@
 use std::rc::Rc;
 
 use dynamics_symbolic::check::units::{Unit, UnitError};
+use dynamics_symbolic::families::{Anchor, Local, NodeIndex};
 use dynamics_symbolic::graph::{FunctionId, Symbol};
 use dynamics_symbolic::mechanics::{Coordinate, Function, Input, Parameter};
 use proc_macro2::Span;
 
 use super::Elaborator;
+use super::families::Numbered;
 use super::values::{Scalar, UnitOf, Value};
 use crate::diagnostics::Place;
 use crate::messages;
@@ -22,7 +24,7 @@ struct DeclaredUnit {
 
 /// Kind of scalar symbol.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum SymbolKind {
+pub(super) enum SymbolKind {
     Coordinate,
     Input,
     Parameter,
@@ -44,8 +46,11 @@ impl Elaborator<'_> {
         };
         self.dimensions.active = units.iter().any(dimensional);
 
+        let counts = declaration.counts().map(ToString::to_string).collect::<Vec<_>>();
+        self.families.found.least = vec![0; counts.len()];
+        self.families.found.counts = counts;
         for quantity in &declaration.coordinates {
-            let value = self.quantity(quantity, SymbolKind::Coordinate);
+            let value = self.coordinate_value(quantity);
             self.coordinates.push((quantity.name.to_string(), value));
         }
         for quantity in &declaration.inputs {
@@ -68,6 +73,14 @@ impl Elaborator<'_> {
                     let mut names = shape.elements().into_iter().map(|e| format!("{name}{}", e.suffix));
                     self.parameter_value(shape, &declared, place, &mut names)
                 }
+                FieldKind::Count => self.count(&field.name),
+                FieldKind::Numbered => {
+                    let unit = declared.unit.clone().or_else(|| self.unknown_unit(&name));
+                    let unit_text = declared.text;
+                    self.families.parameters.push(Numbered { name: name.clone(), unit, unit_text, place });
+                    self.families.found.numbered.push(name.clone());
+                    Value::Numbered(self.families.parameters.len() - 1)
+                }
                 FieldKind::Function(index) => {
                     let origin = self.origins.add(place);
                     let unit = declared.text.clone();
@@ -80,6 +93,32 @@ impl Elaborator<'_> {
             };
             self.parameters.push((name, value));
         }
+    }
+
+    /// A declared coordinate. Where counts have no values, elements have coordinates, and a family has none.
+    fn coordinate_value(&mut self, quantity: &Quantity) -> Value {
+        if !self.families.symbolic {
+            return self.quantity(quantity, SymbolKind::Coordinate);
+        }
+        let (name, place) = (quantity.name.to_string(), Place::from(quantity.name.span()));
+        let declared = self.declared(quantity.unit.as_ref());
+        let unit = declared.unit.clone().or_else(|| self.unknown_unit(&name));
+        self.note_field(&quantity.name, declared.text.clone());
+        let field = self.families.coordinates.len();
+        let (node_unit, unit_text) = (unit.clone(), declared.text);
+        self.families.coordinates.push(Numbered { name: name.clone(), unit, unit_text, place });
+        if quantity.family.is_some() {
+            return Value::Family(field);
+        }
+        if quantity.length.is_some() {
+            return self.fail(place, &messages::array_beside_families(&name));
+        }
+        let index = NodeIndex::Fixed(Anchor::Start(0));
+        self.families.found.locals.push(Local { field: field as u32, index });
+        let text = self.families.coordinates[field].unit_text.clone();
+        self.declare_symbol(SymbolKind::Coordinate, name, text, place);
+        let number = self.model.coordinates.len() as u32 - 1;
+        Scalar { node: self.model.graph.symbol(Symbol::Coordinate(number)), unit: node_unit }.into()
     }
 
     fn quantity(&mut self, quantity: &Quantity, kind: SymbolKind) -> Value {
@@ -104,11 +143,22 @@ impl Elaborator<'_> {
         declared: &DeclaredUnit,
         place: Place,
     ) -> Scalar {
-        let origin = self.origins.add(place);
         let unit = declared.unit.clone().or_else(|| self.unknown_unit(&name));
-        let text = declared.text.clone();
+        let symbol = self.declare_symbol(kind, name, declared.text.clone(), place);
+        Scalar { node: self.model.graph.symbol(symbol), unit }
+    }
+
+    /// A symbol with its name, its unit as text, and where it was declared.
+    pub(super) fn declare_symbol(
+        &mut self,
+        kind: SymbolKind,
+        name: String,
+        text: String,
+        place: Place,
+    ) -> Symbol {
+        let origin = self.origins.add(place);
         let model = &mut self.model;
-        let symbol = match kind {
+        match kind {
             SymbolKind::Coordinate => {
                 model.coordinates.push(Coordinate { name, unit: text, origin });
                 Symbol::Coordinate(model.coordinates.len() as u32 - 1)
@@ -121,8 +171,7 @@ impl Elaborator<'_> {
                 model.parameters.push(Parameter { name, unit: text, origin });
                 Symbol::Parameter(model.parameters.len() as u32 - 1)
             }
-        };
-        Scalar { node: model.graph.symbol(symbol), unit }
+        }
     }
 
     /// A parameter of any shape, its scalars in the order of `Shape::elements`.

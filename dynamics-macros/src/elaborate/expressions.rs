@@ -45,7 +45,7 @@ impl<'a> Elaborator<'a> {
     /// Counts one more expression; false, with an error, where the model is beyond all limits.
     fn step(&mut self, expr: &Expr) -> bool {
         self.steps += 1;
-        if self.exhausted {
+        if self.exhausted || self.families.cut.is_some() {
             return false;
         }
         let message = if self.depth > MAX_DEPTH {
@@ -291,6 +291,8 @@ impl<'a> Elaborator<'a> {
         match (value, name.as_str(), IntegerType::named(&name)) {
             (Value::Poison, ..) => Value::Poison,
             (Value::Integer(i), "f64", _) => self.real(i),
+            (Value::Index(index), "f64", _) => self.index_as_real(index),
+            (value @ Value::Index(_), "usize", _) => value,
             (Value::Integer(i), _, Some(ty)) => self.integer_cast(i, ty, e.as_token.span),
             (value @ Value::Scalar(_), "f64", _) => value,
             // Single precision is reported where it is written.
@@ -368,6 +370,9 @@ impl<'a> Elaborator<'a> {
                 }
             }
             (Value::Record(record), member) => self.record_field(&record, member, at),
+            (Value::Total(total), member @ Member::Named(_)) => {
+                self.each(&total, |this, value| this.field(value, member))
+            }
             (other, member) => {
                 let member = match member {
                     Member::Named(name) => name.to_string(),
@@ -391,6 +396,8 @@ impl<'a> Elaborator<'a> {
         self.is_of(index, TypeOf::USIZE);
         match (base, index) {
             (Value::Poison, _) | (_, Value::Poison) => Value::Poison,
+            (Value::Family(field), index) => self.node(*field, index, at),
+            (Value::Numbered(parameter), index) => self.numbered_element(*parameter, index, at),
             (Value::Array(items) | Value::Sequence(items), Value::Integer(i)) => {
                 match pick(i.value, items.len()) {
                     Some(k) => items[k].clone(),
@@ -470,7 +477,7 @@ impl<'a> Elaborator<'a> {
             None => None,
             Some(expr) => match this.expression(expr) {
                 Value::Poison => Some(None),
-                Value::Integer(i) => Some(Some(i)),
+                value @ (Value::Integer(_) | Value::Index(_)) => Some(Some(value)),
                 other => {
                     this.diagnostics.error(Place::of(expr), &messages::loop_bound(other.shape()));
                     Some(None)
@@ -483,9 +490,14 @@ impl<'a> Elaborator<'a> {
             return self.fail(Place::of(e), &messages::open_range());
         };
         let (Some(start), Some(end)) = (start, end) else { return Value::Poison };
+        let closed = matches!(e.limits, syn::RangeLimits::Closed(_));
+        let (Value::Integer(start), Value::Integer(end)) = (&start, &end) else {
+            return self.index_range(&start, &end, closed, Place::of(e));
+        };
+        let (start, end) = (*start, *end);
         let ty = self.one_type(&start, &end);
         let (start, end) = (start.value, end.value);
-        let end = if matches!(e.limits, syn::RangeLimits::Closed(_)) { end + 1 } else { end };
+        let end = if closed { end + 1 } else { end };
         if end - start > super::control::MAX_ITERATIONS {
             return self.fail(
                 Place::of(e),
@@ -511,7 +523,7 @@ fn arithmetic(op: &BinOp) -> Option<Operator> {
 }
 
 /// The operators that assign.
-fn compound(op: &BinOp) -> Option<Operator> {
+pub(super) fn compound(op: &BinOp) -> Option<Operator> {
     match op {
         BinOp::AddAssign(_) => Some(Operator::Add),
         BinOp::SubAssign(_) => Some(Operator::Sub),

@@ -68,6 +68,12 @@ impl Elaborator<'_> {
         if left.is_poison() || right.is_poison() {
             return Value::Poison;
         }
+        if matches!((&left, &right), (Value::Index(_), _) | (_, Value::Index(_))) {
+            return self.index_arithmetic(op, &left, &right, at);
+        }
+        if matches!((&left, &right), (Value::Total(_), _) | (_, Value::Total(_))) {
+            return self.total_arithmetic(op, left, right, at);
+        }
         match (op, self.mixed(op.sign(), left, right, at)) {
             (_, (Value::Poison, _) | (_, Value::Poison)) => Value::Poison,
             (op, (Value::Integer(a), Value::Integer(b))) => self.integers(op, a, b, at),
@@ -277,6 +283,7 @@ impl Elaborator<'_> {
             Value::Vector(v) => Value::Vector(v.iter().map(|x| self.negative(x)).collect()),
             Value::Matrix(m) => self.matrix_map(&m, |e, x| Some(e.negative(x))).unwrap_or(Value::Poison),
             Value::Force(f) => Value::Force(Rc::new(self.scaled_force(&f, None))),
+            Value::Total(total) => self.each(&total, |this, value| this.negated(value, at)),
             other => self.fail(at, &messages::operand("-", other.shape())),
         }
     }
@@ -286,6 +293,9 @@ impl Elaborator<'_> {
         use syn::BinOp::{Eq, Ge, Gt, Le, Lt, Ne};
         if left.is_poison() || right.is_poison() {
             return Value::Poison;
+        }
+        if matches!((&left, &right), (Value::Index(_), _) | (_, Value::Index(_))) {
+            return self.index_comparison(op, &left, &right, at);
         }
         let (a, b) = match self.mixed(&quote::ToTokens::to_token_stream(op).to_string(), left, right, at) {
             (Value::Integer(a), Value::Integer(b)) => {

@@ -1,6 +1,7 @@
 //! Functions with a role: their signatures, their values, and what the model makes of them.
 
 use dynamics_symbolic::check::units::{Dimension, Unit};
+use dynamics_symbolic::families::TermKind;
 use dynamics_symbolic::graph::{Dependence, NodeId};
 use dynamics_symbolic::mechanics::{Energy, EnergyRole, Event, Force, ForceTerm, Input, Output};
 use syn::ext::IdentExt;
@@ -199,13 +200,15 @@ impl<'a> Elaborator<'a> {
 
     /// Adds a role's value to the model.
     fn take(&mut self, index: usize, function: &'a Function, value: Value) {
+        if self.families.symbolic {
+            return self.take_of_families(function, value);
+        }
         let place = Place::from(function.name.span());
-        let energy = |role| (role, Dimension::ENERGY);
         match function.role {
-            Role::Kinetic => self.energy(function, value, energy(EnergyRole::Kinetic)),
-            Role::Potential => self.energy(function, value, energy(EnergyRole::Potential)),
-            Role::Lagrangian => self.energy(function, value, energy(EnergyRole::Lagrangian)),
-            Role::Dissipation => self.energy(function, value, (EnergyRole::Dissipation, Dimension::POWER)),
+            Role::Kinetic => self.energy(function, value, EnergyRole::Kinetic),
+            Role::Potential => self.energy(function, value, EnergyRole::Potential),
+            Role::Lagrangian => self.energy(function, value, EnergyRole::Lagrangian),
+            Role::Dissipation => self.energy(function, value, EnergyRole::Dissipation),
             Role::Force => self.force(function, value),
             Role::Holonomic | Role::Nonholonomic => self.constraint(index, function, value),
             Role::Kinematic => self.kinematic(function, value),
@@ -219,14 +222,47 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    fn energy(&mut self, function: &'a Function, value: Value, (role, dimension): (EnergyRole, Dimension)) {
-        let Some(scalar) = self.result_scalar(function, value) else { return };
+    /// The same in a model with families. Outputs run as functions; here their indices are checked.
+    fn take_of_families(&mut self, function: &'a Function, value: Value) {
+        let name = function.name.to_string();
+        let role = match function.role {
+            Role::Kinetic => EnergyRole::Kinetic,
+            Role::Potential => EnergyRole::Potential,
+            Role::Lagrangian => EnergyRole::Lagrangian,
+            Role::Dissipation => EnergyRole::Dissipation,
+            Role::Force => {
+                let mut kind =
+                    |this: &mut Self, value| this.force_terms(function, value).map(TermKind::Force);
+                return self.family_terms(&name, returned(function), value, &mut kind);
+            }
+            Role::Output | Role::Drawing | Role::Helper => return,
+            Role::Holonomic | Role::Nonholonomic | Role::Kinematic | Role::Event => {
+                let message = messages::role_beside_families(function.role.name());
+                return self.diagnostics.error(function.role_place, &message);
+            }
+        };
+        let mut kind = |this: &mut Self, value| {
+            let node = this.energy_scalar(function, value, role)?.node;
+            Some(TermKind::Energy(role, node))
+        };
+        self.family_terms(&name, returned(function), value, &mut kind);
+    }
+
+    /// The value of an energy or a dissipation function; `None` where it is none, which is reported.
+    fn energy_scalar(&mut self, function: &'a Function, value: Value, role: EnergyRole) -> Option<Scalar> {
+        let scalar = self.result_scalar(function, value)?;
+        let (dimension, what) = match role {
+            EnergyRole::Dissipation => (Dimension::POWER, "a power"),
+            _ => (Dimension::ENERGY, "an energy"),
+        };
         let unit = self.known_unit(dimension);
-        let what = if dimension == Dimension::ENERGY { "an energy" } else { "a power" };
         let message = |found, expected| messages::unit_of_role(&function.name, found, what, expected);
-        if self.equate(&scalar.unit, &unit, returned(function), message).is_none() {
-            return;
-        }
+        self.equate(&scalar.unit, &unit, returned(function), message)?;
+        Some(scalar)
+    }
+
+    fn energy(&mut self, function: &'a Function, value: Value, role: EnergyRole) {
+        let Some(scalar) = self.energy_scalar(function, value, role) else { return };
         let apart = if self.sums == Sums::Apart { self.terms_of(function) } else { Vec::new() };
         let terms = if apart.is_empty() { vec![(scalar.node, returned(function))] } else { apart };
         for (node, place) in terms {
@@ -235,10 +271,14 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    fn force(&mut self, function: &Function, value: Value) {
+    /// The terms of a force; `None` where it is none, or has no power, which is reported.
+    fn force_terms(&mut self, function: &Function, value: Value) -> Option<Vec<ForceTerm>> {
         let terms = match value {
             Value::Force(terms) => terms,
-            other => return self.wrong_result(function, "a `Force`", &other),
+            other => {
+                self.wrong_result(function, "a `Force`", &other);
+                return None;
+            }
         };
         let energy = self.known_unit(Dimension::ENERGY);
         let mut made = Vec::new();
@@ -252,9 +292,7 @@ impl<'a> Elaborator<'a> {
             for unit in units {
                 let message = |found, expected| messages::unit_of_force(&function.name, found, expected);
                 let (Term::At { place, .. } | Term::Along { place, .. }) = term;
-                if self.equate(&unit, &energy, *place, message).is_none() {
-                    return;
-                }
+                self.equate(&unit, &energy, *place, message)?;
             }
             let nodes = |scalars: &[Scalar]| scalars.iter().map(|s| s.node).collect();
             made.push(match term {
@@ -266,15 +304,29 @@ impl<'a> Elaborator<'a> {
                 }
             });
         }
+        Some(made)
+    }
+
+    fn force(&mut self, function: &Function, value: Value) {
+        let places: Vec<Place> = match &value {
+            Value::Force(terms) => {
+                let place = |term: &Term| {
+                    let (Term::At { place, .. } | Term::Along { place, .. }) = term;
+                    *place
+                };
+                terms.iter().map(place).collect()
+            }
+            _ => Vec::new(),
+        };
+        let Some(made) = self.force_terms(function, value) else { return };
         let name = function.name.to_string();
         if self.sums == Sums::Whole {
             let origin = self.origins.add(returned(function));
             self.model.forces.push(Force { name, terms: made, origin });
             return;
         }
-        for (term, made) in terms.iter().zip(made) {
-            let (Term::At { place, .. } | Term::Along { place, .. }) = term;
-            let origin = self.origins.add(*place);
+        for (place, made) in places.into_iter().zip(made) {
+            let origin = self.origins.add(place);
             self.model.forces.push(Force { name: name.clone(), terms: vec![made], origin });
         }
     }

@@ -9,6 +9,7 @@ use super::calls::Argument;
 use super::integer_types::TypeOf;
 use super::operators::Operator;
 use super::values::{Condition, Value};
+use crate::diagnostics::Place;
 use crate::messages;
 
 const ARRAY_METHODS: &[&str] = &["len", "iter", "into_iter", "dt", "is_empty"];
@@ -26,24 +27,28 @@ const SEQUENCE_METHODS: &[&str] = &[
     "len",
     "sum",
     "contains",
+    "map",
+    "collect",
 ];
 
 /// Methods that take closures, which cannot be followed.
-const CLOSURE_METHODS: &[&str] = &[
-    "map",
-    "fold",
-    "for_each",
-    "filter",
-    "flat_map",
-    "scan",
-    "reduce",
-    "all",
-    "any",
-    "map_while",
-    "take_while",
-];
+const CLOSURE_METHODS: &[&str] =
+    &["fold", "for_each", "filter", "flat_map", "scan", "reduce", "all", "any", "map_while", "take_while"];
 
-impl Elaborator<'_> {
+impl<'a> Elaborator<'a> {
+    /// `.map(|item| ..)`, item by item.
+    pub(super) fn map_sequence(&mut self, items: &[Value], closure: &'a syn::ExprClosure) -> Value {
+        let mut made = Vec::new();
+        for item in items {
+            made.push(self.closure(closure, item.clone()));
+            if self.exhausted {
+                break;
+            }
+            self.steps += 1;
+        }
+        self.bounded(Value::Sequence(Rc::new(made)), Place::of(closure))
+    }
+
     pub(super) fn array_method(
         &mut self,
         items: Rc<Vec<Value>>,
@@ -72,7 +77,8 @@ impl Elaborator<'_> {
         let made: Vec<Value> = match (text.as_str(), arguments.len()) {
             ("copied" | "cloned" | "iter" | "into_iter", 0) => return Value::Sequence(items),
             ("len" | "count", 0) => return Value::count(items.len()),
-            ("sum", 0) => return self.total(&items, name),
+            ("sum", 0) => return self.sum_of_items(&items, name),
+            ("collect", 0) => return Value::Array(items),
             ("rev", 0) => items.iter().rev().cloned().collect(),
             ("enumerate", 0) => {
                 let pair = |(i, item): (usize, &Value)| Value::tuple(vec![Value::count(i), item.clone()]);
@@ -123,7 +129,7 @@ impl Elaborator<'_> {
     }
 
     /// `.sum()`.
-    fn total(&mut self, items: &[Value], name: &Ident) -> Value {
+    fn sum_of_items(&mut self, items: &[Value], name: &Ident) -> Value {
         let mut items = items.iter().cloned();
         // The sum of nothing has the type that rustc infers for it; zero of scalars is the only one that
         // loops over numbers can mean.

@@ -48,7 +48,7 @@ impl<'a> Elaborator<'a> {
                 }
                 Stmt::Macro(call) => self.macro_call(&call.mac),
             };
-            if self.frame().flow.is_some() || self.exhausted {
+            if self.frame().flow.is_some() || self.exhausted || self.families.cut.is_some() {
                 return Value::Poison;
             }
         }
@@ -148,6 +148,9 @@ impl<'a> Elaborator<'a> {
         at: Span,
     ) -> Value {
         let right = self.expression(value);
+        if let Some(done) = self.accumulate(op, place, &right, at) {
+            return done;
+        }
         let left = self.expression(place);
         self.note_term(Some(place), op, value, &right);
         let new = self.arithmetic(op, left, right, at);
@@ -160,6 +163,9 @@ impl<'a> Elaborator<'a> {
         let Some(old) = self.frame().find(&name.to_string()).cloned() else {
             return self.unknown_variable(&name);
         };
+        if matches!(old, Value::Accumulator(_)) {
+            return self.fail(Place::of(place), &messages::round_assigns(name));
+        }
         // A variable keeps its type.
         if steps.is_empty() {
             self.all_of_one_type(&[old.clone(), new.clone()]);

@@ -3,9 +3,11 @@
 use std::rc::Rc;
 
 use dynamics_symbolic::check::units::UnitExpr;
+use dynamics_symbolic::families::{NodeIndex, Range};
 use dynamics_symbolic::graph::{Comparison, FunctionId, NodeId};
 use proc_macro2::Span;
 
+use super::families::{Added, Total};
 use super::integer_types::TypeOf;
 use crate::diagnostics::Place;
 
@@ -84,6 +86,20 @@ pub(super) enum Value {
     Axes([usize; 3]),
     /// A smooth function among the parameters.
     Function(FunctionId),
+    /// An index that is not known now.
+    Index(NodeIndex),
+    /// Indices up to a count.
+    Range(Range),
+    /// What every round of a range gives; without a range, what a single index gives.
+    Mapped(Rc<Vec<(Option<Range>, Value)>>),
+    /// A sum over an index.
+    Total(Rc<Total>),
+    /// A variable to which the rounds of a loop add.
+    Accumulator(Rc<Vec<Added>>),
+    /// `q.s` of a family.
+    Family(usize),
+    /// `self.mass` of a parameter with an element for every index.
+    Numbered(usize),
 }
 
 impl Value {
@@ -140,6 +156,13 @@ impl Value {
             Self::Record(record) => format!("a `{}`", record.name),
             Self::Axes(_) => "an `EulerSequence`".into(),
             Self::Function(_) => "a smooth function".into(),
+            Self::Index(_) => "an index".into(),
+            Self::Range(_) => "a range".into(),
+            Self::Mapped(_) => "an iterator over an index".into(),
+            Self::Total(_) => "a sum over an index".into(),
+            Self::Accumulator(_) => "a sum that a loop adds up".into(),
+            Self::Family(_) => "a family of coordinates".into(),
+            Self::Numbered(_) => "a parameter with an index".into(),
         }
     }
 }

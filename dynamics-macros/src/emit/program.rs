@@ -254,6 +254,15 @@ impl<'a> Printer<'a> {
     }
 }
 
+/// A short program without staging: its statements, and its results as expressions after them.
+pub(super) fn straight(access: &Access<'_>, program: &Program) -> (TokenStream, Vec<TokenStream>) {
+    let wanted: BTreeSet<NodeId> = program.results.iter().copied().collect();
+    let mut printer = Printer::new(access);
+    let statements = printer.statements(&all_steps(program, false), &wanted);
+    let results = program.results.iter().map(|id| printer.result(*id)).collect();
+    (statements, results)
+}
+
 /// Printed code as tokens.
 fn parsed(code: &str) -> TokenStream {
     code.parse().expect("printed statements are Rust")

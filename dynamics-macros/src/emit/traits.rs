@@ -17,7 +17,7 @@ use dynamics_symbolic::schedule::Program;
 use proc_macro2::TokenStream;
 use quote::quote;
 
-pub(super) use identity::{Names, named};
+pub(super) use identity::{Names, named, quantities};
 
 use super::program::{Access, Body, Printed};
 use super::{Surface, at_block, local, only_one, quiet};

@@ -8,8 +8,10 @@ use syn::punctuated::Punctuated;
 use syn::{Attribute, Expr, Ident, Lit, Meta, Path, Token, UnOp};
 
 use super::declaration::{
-    Declaration, Field, FieldKind, MAX_LENGTH, Nominal, Quantity, Shape, UnitText, length,
+    Declaration, FamilyLength, Field, FieldKind, MAX_LENGTH, Nominal, Quantity, Shape, UnitText,
+    family_length, length,
 };
+use super::structs::type_text;
 use crate::diagnostics::{Diagnostics, Place};
 use crate::messages;
 use crate::suggest;
@@ -121,7 +123,16 @@ fn quantities(tokens: TokenStream, what: &str, d: &mut Diagnostics) -> Vec<Quant
             continue;
         }
         let Some((unit, length)) = quantity(&rest, d) else { continue };
-        let quantity = Quantity { name, length, unit };
+        let (length, family) = match length {
+            Some(Length::Family(family)) if what == "coordinate" => (None, Some(family)),
+            Some(Length::Family(family)) => {
+                d.error(family.count.span(), &messages::family_of(what));
+                continue;
+            }
+            Some(Length::Literal(n)) => (Some(n), None),
+            None => (None, None),
+        };
+        let quantity = Quantity { name, length, family, unit };
         scalars += quantity.scalars();
         if scalars > MAX_LENGTH {
             d.error(place(&part), &messages::too_many_parameters(MAX_LENGTH));
@@ -132,8 +143,14 @@ fn quantities(tokens: TokenStream, what: &str, d: &mut Diagnostics) -> Vec<Quant
     all
 }
 
+/// How many there are of a quantity.
+enum Length {
+    Literal(usize),
+    Family(FamilyLength),
+}
+
 /// `unit`, `_`, or `[unit; length]`.
-fn quantity(rest: &[TokenTree], d: &mut Diagnostics) -> Option<(Option<UnitText>, Option<usize>)> {
+fn quantity(rest: &[TokenTree], d: &mut Diagnostics) -> Option<(Option<UnitText>, Option<Length>)> {
     let [TokenTree::Group(group)] = rest else { return Some((unit(rest), None)) };
     if group.delimiter() != Delimiter::Bracket {
         return Some((unit(rest), None));
@@ -152,7 +169,11 @@ fn quantity(rest: &[TokenTree], d: &mut Diagnostics) -> Option<(Option<UnitText>
             return None;
         }
     };
-    Some((unit(&inside[..at]), Some(length(&expr, d)?)))
+    let length = match family_length(&expr) {
+        Some(family) => Length::Family(family),
+        None => Length::Literal(length(&expr, d)?),
+    };
+    Some((unit(&inside[..at]), Some(length)))
 }
 
 /// A unit's tokens; `None` for `_` and nothing.
@@ -303,9 +324,13 @@ pub(super) fn attach_nominal(fields: &mut [Field], nominal: Vec<(Ident, Expr)>, 
         if field.nominal.is_some() {
             d.error(name.span(), &messages::entry_twice("nominal", &name));
         }
-        let FieldKind::Parameter { shape, .. } = &field.kind else {
-            d.error(Place::of(&value), &messages::nominal_of_function(&name));
-            continue;
+        let shape = match &field.kind {
+            FieldKind::Parameter { shape, .. } => shape,
+            FieldKind::Count => &Shape::Scalar,
+            FieldKind::Function(_) | FieldKind::Numbered => {
+                d.error(Place::of(&value), &messages::nominal_of_function(&name));
+                continue;
+            }
         };
         let mut values = Vec::new();
         if flatten(shape, &value, &mut values) {
@@ -415,4 +440,32 @@ pub(super) fn check_names(declaration: &mut Declaration, d: &mut Diagnostics) {
     declaration.coordinates.retain(|c| fits(c, "a coordinate"));
     declaration.speeds.retain(|s| fits(s, "a speed"));
     declaration.inputs.retain(|i| fits(i, "an input"));
+    check_lengths(declaration, d);
+}
+
+/// Families have counts as lengths, and only models with families have counts.
+fn check_lengths(declaration: &mut Declaration, d: &mut Diagnostics) {
+    let fields = &declaration.fields;
+    let mut known = |family: &FamilyLength| {
+        let is_count = |f: &&Field| f.name == family.count && f.kind == FieldKind::Count;
+        let found = fields.iter().any(|f| is_count(&f));
+        if !found {
+            let counts = fields.iter().filter(|f| f.kind == FieldKind::Count).map(|f| f.name.to_string());
+            let counts: Vec<String> = counts.collect();
+            let name = family.count.to_string();
+            let hint = suggest::did_you_mean(&name, counts.iter().map(String::as_str));
+            d.error(family.count.span(), &messages::length_of_no_count(&name, hint));
+        }
+        found
+    };
+    declaration.coordinates.retain(|c| c.family.as_ref().is_none_or(&mut known));
+    if declaration.has_families() || d.len() > 0 {
+        return;
+    }
+    for field in &declaration.item.fields {
+        let kind = declaration.fields.iter().find(|f| Some(&f.name) == field.ident.as_ref()).map(|f| &f.kind);
+        if matches!(kind, Some(FieldKind::Count | FieldKind::Numbered)) {
+            d.error(Place::of(&field.ty), &messages::parameter_type(type_text(&field.ty)));
+        }
+    }
 }

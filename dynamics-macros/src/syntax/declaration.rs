@@ -55,6 +55,10 @@ pub(crate) enum FieldKind {
     },
     /// The smooth function with this index.
     Function(usize),
+    /// `usize`: the length of families.
+    Count,
+    /// `Vec<f64>` or `Box<[f64]>`: a scalar for every index.
+    Numbered,
 }
 
 /// Arrangement of scalars in a parameter.
@@ -135,8 +139,19 @@ pub(crate) struct Quantity {
     pub(crate) name: Ident,
     /// `Some(n)` for an array of n.
     pub(crate) length: Option<usize>,
+    /// The length of a family, which is known when the program runs.
+    pub(crate) family: Option<FamilyLength>,
     /// `None` where the user leaves it open.
     pub(crate) unit: Option<UnitText>,
+}
+
+/// The length of a family: a count, plus a constant.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct FamilyLength {
+    /// The field that is the count.
+    pub(crate) count: Ident,
+    /// What is added to it.
+    pub(crate) plus: i64,
 }
 
 impl Quantity {
@@ -184,6 +199,60 @@ impl UnitText {
 #[derive(Clone, Debug)]
 pub(crate) struct Nominal {
     pub(crate) values: Vec<f64>,
+}
+
+impl Declaration {
+    /// Whether coordinates are numbered up to a count that is known when the program runs.
+    pub(crate) fn has_families(&self) -> bool {
+        self.coordinates.iter().any(|quantity| quantity.family.is_some())
+    }
+
+    /// The counts in order.
+    pub(crate) fn counts(&self) -> impl Iterator<Item = &Ident> {
+        self.fields.iter().filter(|field| field.kind == FieldKind::Count).map(|field| &field.name)
+    }
+
+    /// The same model with families as arrays of fixed length: `value` of the count plus the constant.
+    pub(crate) fn at_counts(&self, value: impl Fn(&Ident) -> i64) -> Self {
+        let mut all = self.clone();
+        for quantity in &mut all.coordinates {
+            if let Some(family) = quantity.family.take() {
+                quantity.length = usize::try_from(value(&family.count) + family.plus).ok();
+            }
+        }
+        all
+    }
+}
+
+/// Most that may be added to a count, and most by which indices may differ.
+pub(crate) const MOST_OFFSET: i64 = 16;
+
+/// `self.count`, `self.count + k` or `self.count - k`: the length of a family. `None` for another expression.
+pub(crate) fn family_length(expr: &Expr) -> Option<FamilyLength> {
+    let count = |expr: &Expr| match expr {
+        Expr::Field(field) => match (&*field.base, &field.member) {
+            (Expr::Path(path), syn::Member::Named(name)) if path.path.is_ident("self") => Some(name.clone()),
+            _ => None,
+        },
+        _ => None,
+    };
+    match expr {
+        Expr::Binary(sum) => {
+            let count = count(&sum.left)?;
+            let Expr::Lit(lit) = &*sum.right else { return None };
+            let Lit::Int(k) = &lit.lit else { return None };
+            let k = k.base10_parse::<i64>().ok().filter(|k| *k <= MOST_OFFSET)?;
+            let plus = match sum.op {
+                syn::BinOp::Add(_) => k,
+                syn::BinOp::Sub(_) => -k,
+                _ => return None,
+            };
+            Some(FamilyLength { count, plus })
+        }
+        Expr::Paren(inner) => family_length(&inner.expr),
+        Expr::Group(inner) => family_length(&inner.expr),
+        other => Some(FamilyLength { count: count(other)?, plus: 0 }),
+    }
 }
 
 /// An array length: a macro sees tokens, so a named constant has no value here.

@@ -48,6 +48,29 @@ impl Function {
         self.takes_coordinates_only() && self.returns_vectors()
     }
 
+    /// Whether it could say where the node with an index is: `(&self, q, index)` to a vector.
+    pub(crate) fn may_be_place_of_index(&self) -> bool {
+        let inputs = &self.item.sig.inputs;
+        let is_index = |argument: &FnArg| match argument {
+            FnArg::Typed(argument) => matches!(&*argument.ty, syn::Type::Path(p) if p.path.is_ident("usize")),
+            FnArg::Receiver(_) => false,
+        };
+        let second = match inputs.get(1) {
+            Some(FnArg::Typed(argument)) => is_coordinates(&argument.ty),
+            _ => false,
+        };
+        self.role == Role::Helper
+            && second
+            && inputs.len() == 3
+            && inputs.get(2).is_some_and(is_index)
+            && self.returns_vectors()
+    }
+
+    /// Whether it returns a `Vec`.
+    pub(crate) fn returns_list(&self) -> bool {
+        self.returns().is_some_and(|name| name == "Vec")
+    }
+
     /// Whether it returns vectors: one, or an array of them.
     fn returns_vectors(&self) -> bool {
         let ReturnType::Type(_, returned) = &self.item.sig.output else { return false };

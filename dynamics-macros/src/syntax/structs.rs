@@ -104,6 +104,8 @@ fn fields(item: &ItemStruct, d: &mut Diagnostics) -> Vec<Field> {
                 functions += 1;
                 FieldKind::Function(functions - 1)
             }
+            TypeKind::Count => FieldKind::Count,
+            TypeKind::Numbered => FieldKind::Numbered,
             TypeKind::Wrong => continue,
         };
         fields.push(Field { name, kind, unit: None, nominal: None });
@@ -114,6 +116,8 @@ fn fields(item: &ItemStruct, d: &mut Diagnostics) -> Vec<Field> {
 enum TypeKind {
     Parameter(Shape),
     Function,
+    Count,
+    Numbered,
     Wrong,
 }
 
@@ -232,6 +236,10 @@ fn shape(ty: &Type, d: &mut Diagnostics) -> TypeKind {
                     d.error(Place::of(&array.elem), &messages::array_of_functions());
                     TypeKind::Wrong
                 }
+                TypeKind::Count | TypeKind::Numbered => {
+                    d.error(Place::of(&array.elem), &messages::parameter_type(type_text(&array.elem)));
+                    TypeKind::Wrong
+                }
                 TypeKind::Wrong => TypeKind::Wrong,
             }
         }
@@ -251,6 +259,9 @@ fn shape(ty: &Type, d: &mut Diagnostics) -> TypeKind {
                 "Vec2" if of_f64 => TypeKind::Parameter(Shape::Vector2),
                 "Vec3" | "Vector3" if of_f64 => TypeKind::Parameter(Shape::Vector3),
                 "Mat3" | "Matrix3" if of_f64 => TypeKind::Parameter(Shape::Matrix3),
+                "usize" if last.arguments.is_none() => TypeKind::Count,
+                "Vec" if of_f64 => TypeKind::Numbered,
+                "Box" if is_boxed_slice(last) => TypeKind::Numbered,
                 "Vec2" | "Vec3" | "Mat3" => {
                     d.error(Place::of(ty), &messages::parameter_without_f64(name));
                     TypeKind::Wrong
@@ -260,6 +271,14 @@ fn shape(ty: &Type, d: &mut Diagnostics) -> TypeKind {
         }
         _ => function(ty, d),
     }
+}
+
+/// Whether a segment is `Box<[f64]>`.
+fn is_boxed_slice(segment: &syn::PathSegment) -> bool {
+    let PathArguments::AngleBracketed(arguments) = &segment.arguments else { return false };
+    let of_f64 = |ty: &Type| matches!(ty, Type::Path(t) if t.path.is_ident("f64"));
+    let slice = |ty: &Type| matches!(ty, Type::Slice(slice) if of_f64(&slice.elem));
+    arguments.args.len() == 1 && arguments.args.first().and_then(of_type).is_some_and(slice)
 }
 
 /// A smooth function, unless the type cannot be one.
@@ -272,7 +291,7 @@ fn function(ty: &Type, d: &mut Diagnostics) -> TypeKind {
 }
 
 /// A type as it is usually written, without the blanks between tokens that do not need them.
-fn type_text(ty: &Type) -> String {
+pub(super) fn type_text(ty: &Type) -> String {
     let mut text = quote!(#ty).to_string();
     for (spaced, tight) in [
         (" < ", "<"),

@@ -36,6 +36,8 @@ pub(in super::super) struct Access<'a> {
     lane_values: RefCell<Vec<String>>,
     /// Whether sines and cosines are the platform's.
     pub(super) accurate: bool,
+    /// Elements of families: how their symbols are written.
+    names: BTreeMap<Symbol, String>,
 }
 
 impl<'a> Access<'a> {
@@ -52,7 +54,18 @@ impl<'a> Access<'a> {
             lanes: false,
             lane_values: RefCell::default(),
             accurate: surface.accurate,
+            names: BTreeMap::new(),
         }
+    }
+
+    /// Elements of families, whose symbols are written like this.
+    pub(in super::super) fn of_elements(
+        surface: &Surface,
+        graph: &'a Graph,
+        names: BTreeMap<Symbol, String>,
+    ) -> Self {
+        let functions = surface.functions.iter().map(|field| quote!(__model.#field).to_string()).collect();
+        Self { functions, names, coefficients: false, ..Self::of_coefficients(surface, graph, 0) }
     }
 
     /// Programs of Taylor coefficients: what they need of order 0 stands in an array `z`.
@@ -68,6 +81,7 @@ impl<'a> Access<'a> {
             lanes: false,
             lane_values: RefCell::default(),
             accurate: surface.accurate,
+            names: BTreeMap::new(),
         }
     }
 
@@ -125,6 +139,7 @@ impl<'a> Access<'a> {
 
     fn one(&self, id: NodeId) -> String {
         match self.graph.node(id) {
+            Node::Symbol(symbol) if self.names.contains_key(&symbol) => self.names[&symbol].clone(),
             Node::Number(number) => literal(number),
             Node::Symbol(Symbol::Time) => "__t".into(),
             Node::Symbol(Symbol::Coordinate(i)) => format!("__q[{i}]"),

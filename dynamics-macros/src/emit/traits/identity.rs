@@ -29,7 +29,7 @@ impl Names {
 }
 
 /// A list of `Quantity`.
-pub(super) fn quantities<'a>(
+pub(in super::super) fn quantities<'a>(
     private: &TokenStream,
     named: impl Iterator<Item = (&'a str, &'a str)>,
 ) -> TokenStream {

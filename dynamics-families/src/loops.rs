@@ -1,0 +1,140 @@
+//! What the loops of generated code are made of.
+//!
+//! Loops run over blocks of [`BLOCK`] nodes, whose values stay in the first-level cache. Sums go through
+//! [`block_sum`] in an order that the width of vectors does not change, so that results have the same bits on
+//! every processor.
+
+use dynamics_runtime::{Expr, Vec2, Vec3};
+use dynamics_simd::{Lanes, Task, in_widest_lanes};
+
+pub use crate::generated::{BLOCK, Sum, block_sum};
+use crate::model::{FamilyModel, SizeError};
+
+/// Rounds of a block: elements reach beyond its nodes, by at most 16 on either side.
+pub const ROUNDS: usize = BLOCK + 32;
+
+/// What a pass over the model writes.
+pub const FORCES: u8 = 0;
+/// Forces times a scale.
+pub const SCALED: u8 = 1;
+/// Adds h times forces times a scale.
+pub const KICK: u8 = 2;
+
+/// A pass over the model: generated code, to be compiled for the widest vectors that the processor has.
+pub trait Pass {
+    /// What it returns.
+    type Output;
+    /// The code, which has to be inlined.
+    fn run(self) -> Self::Output;
+}
+
+struct Wide<P>(P);
+
+impl<P: Pass> Task for Wide<P> {
+    type Output = P::Output;
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> P::Output {
+        self.0.run()
+    }
+}
+
+/// Runs a pass with the widest vectors that the processor has. The bits do not depend on them: loops add in
+/// the order in which they are written, and no product is fused.
+#[inline(always)]
+pub fn in_wide_vectors<P: Pass>(pass: P) -> P::Output {
+    in_widest_lanes(Wide(pass))
+}
+
+/// Checks a count.
+///
+/// # Errors
+/// Where it is smaller than `least`, or larger than what memory holds.
+pub fn check_count(count: &'static str, value: usize, least: usize) -> Result<(), SizeError> {
+    // Twelve vectors of this length take less than half of the address space.
+    const MOST: usize = usize::MAX / 256;
+    match value {
+        value if value < least => Err(SizeError::TooFew { count, value, least }),
+        value if value > MOST => Err(SizeError::TooMany { count, value }),
+        _ => Ok(()),
+    }
+}
+
+/// Checks the length of a numbered parameter, of which elements before `end` are read.
+///
+/// # Errors
+/// Where it has fewer.
+pub fn check_length(parameter: &'static str, length: usize, end: isize) -> Result<(), SizeError> {
+    match usize::try_from(end) {
+        Ok(end) if length < end => Err(SizeError::TooShort { parameter, length, last: end - 1 }),
+        _ => Ok(()),
+    }
+}
+
+/// Values of an output: of a scalar, a vector or a list of them.
+pub trait OutputValues {
+    /// Adds its values.
+    fn add_to(&self, values: &mut Vec<f64>);
+}
+
+impl OutputValues for Expr {
+    fn add_to(&self, values: &mut Vec<f64>) {
+        values.push(self.value());
+    }
+}
+
+impl OutputValues for Vec2 {
+    fn add_to(&self, values: &mut Vec<f64>) {
+        values.extend([self.x.value(), self.y.value()]);
+    }
+}
+
+impl OutputValues for Vec3 {
+    fn add_to(&self, values: &mut Vec<f64>) {
+        values.extend([self.x.value(), self.y.value(), self.z.value()]);
+    }
+}
+
+impl<T: OutputValues> OutputValues for Vec<T> {
+    fn add_to(&self, values: &mut Vec<f64>) {
+        self.iter().for_each(|value| value.add_to(values));
+    }
+}
+
+impl<T: OutputValues, const N: usize> OutputValues for [T; N] {
+    fn add_to(&self, values: &mut Vec<f64>) {
+        self.iter().for_each(|value| value.add_to(values));
+    }
+}
+
+/// The values of an output.
+#[must_use]
+pub fn output_values(of: &impl OutputValues) -> Vec<f64> {
+    let mut values = Vec::new();
+    of.add_to(&mut values);
+    values
+}
+
+/// A place as (x, y, z).
+pub trait Place {
+    /// Its coordinates; 0 for z in the plane.
+    fn place(&self) -> [f64; 3];
+}
+
+impl Place for Vec2 {
+    fn place(&self) -> [f64; 3] {
+        [self.x.value(), self.y.value(), 0.0]
+    }
+}
+
+impl Place for Vec3 {
+    fn place(&self) -> [f64; 3] {
+        [self.x.value(), self.y.value(), self.z.value()]
+    }
+}
+
+/// The lengths of the fields of a state.
+#[must_use]
+pub fn lengths<M: FamilyModel>(ends: &[usize]) -> Vec<usize> {
+    let starts = core::iter::once(0).chain(ends.iter().copied());
+    ends.iter().zip(starts).map(|(end, start)| end - start).collect()
+}

@@ -1,0 +1,282 @@
+//! `FamilyModel`: names and texts, and the passes over the model.
+
+use dynamics_symbolic::families::Anchor;
+use proc_macro2::TokenStream;
+use quote::quote;
+
+use super::super::traits::quantities;
+use super::super::{Surface, only_one, plain, quiet};
+use super::field;
+use super::loops::Loops;
+use crate::compile::CompiledFamilies;
+
+/// Everything that is derived of a model with families.
+pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> TokenStream {
+    let (model, private, quiet) = (&surface.target, surface.private(), quiet());
+    let (state, vis, only_one) = (surface.state_type(), surface.impl_vis(), only_one(surface));
+    let families = quote!(#private::families);
+    let (f64, str, usize) = (quote!(#private::f64), quote!(#private::str), quote!(#private::usize));
+    let family = &compiled.family;
+    let fields = family.fields.iter().map(|field| {
+        let (name, unit) = (&field.name, &field.unit);
+        let length = match field.length {
+            Some(Anchor::End { count, plus }) => {
+                let count = &family.counts[count as usize];
+                quote!(#families::Length::Count { count: #count, plus: #plus })
+            }
+            _ => quote!(#families::Length::One),
+        };
+        quote!(#families::Field { name: #name, unit: #unit, length: #length })
+    });
+    let inputs = quantities(&private, family.model.inputs.iter().map(|i| (i.name.as_str(), i.unit.as_str())));
+    let outputs = compiled.outputs.iter().map(|(name, unit, numbered)| {
+        let name = plain(name);
+        quote!(#families::OutputDeclaration { name: #name, unit: #unit, numbered: #numbered })
+    });
+    let values = compiled
+        .outputs
+        .iter()
+        .enumerate()
+        .map(|(k, (name, ..))| quote!(#k => #families::output_values(&self.#name(__q)),));
+    let loops = Loops::new(surface, compiled);
+    let (forces, energies) = (loops.forces(), loops.energies());
+    let matrix = |of| loops.entries(of);
+    let (mass, stiffness, damping) = (
+        matrix(&|element| &element.mass),
+        matrix(&|element| &element.stiffness),
+        matrix(&|element| &element.damping),
+    );
+    let (ends, coordinates, places) = (ends(surface, compiled), jets(surface), places(surface, compiled));
+    let derived = &compiled.derived;
+    let (conservative, velocity_forces, diagonal) =
+        (derived.conservative, derived.velocity_forces, derived.diagonal);
+    let operations = dynamics_symbolic::families::operations(family, derived);
+    let (report, equations) = (&compiled.report, &compiled.equations);
+    let name = surface.coordinates_type();
+    quote! {
+        #only_one
+        #quiet
+        impl #model {
+            /// What the model is: families, elements, structure, conserved quantities, cost.
+            #vis const REPORT: &'static #str = #report;
+            /// The equations of motion, a row for every range of indices.
+            #vis const EQUATIONS: &'static #str = #equations;
+        }
+        #quiet
+        const _: () = {
+            use #private::families::loops as __loops;
+            // Whatever the user calls by these names.
+            use #private::{Ok, f64, isize, usize};
+            #forces
+            #energies
+            impl #families::FamilyModel for #model {
+                type State = #state;
+                const FIELDS: &'static [#families::Field] = &[#(#fields),*];
+                const INPUTS: &'static [#private::Quantity] = #inputs;
+                const OUTPUTS: &'static [#families::OutputDeclaration] = &[#(#outputs),*];
+                const CONSERVATIVE: #private::bool = #conservative;
+                const VELOCITY_FORCES: #private::bool = #velocity_forces;
+                const DIAGONAL: #private::bool = #diagonal;
+                const OPERATIONS: #usize = #operations;
+                const REPORT: &'static #str = #report;
+                const EQUATIONS: &'static #str = #equations;
+                fn ends(&self) -> #private::Result<#families::Vec<#usize>, #families::SizeError> { #ends }
+                fn forces(&self, __at: #families::View<'_>, __out: &mut [#f64]) {
+                    __loops::in_wide_vectors(__Forces::<{ __loops::FORCES }> {
+                        model: self, t: __at.t, q: __at.q, u: __at.u, w: __at.inputs, scale: &[], h: 0.0,
+                        out: __out,
+                    });
+                }
+                fn scaled_forces(&self, __at: #families::View<'_>, __scale: &[#f64], __out: &mut [#f64]) {
+                    __loops::in_wide_vectors(__Forces::<{ __loops::SCALED }> {
+                        model: self, t: __at.t, q: __at.q, u: __at.u, w: __at.inputs, scale: __scale, h: 0.0,
+                        out: __out,
+                    });
+                }
+                fn kick(
+                    &self, __t: #f64, __q: &[#f64], __w: &[#f64], __scale: &[#f64], __h: #f64,
+                    __u: &mut [#f64],
+                ) {
+                    __loops::in_wide_vectors(__Forces::<{ __loops::KICK }> {
+                        model: self, t: __t, q: __q, u: &[], w: __w, scale: __scale, h: __h, out: __u,
+                    });
+                }
+                fn energies(&self, __at: #families::View<'_>) -> #families::EnergyParts {
+                    __loops::in_wide_vectors(__Energies {
+                        model: self, t: __at.t, q: __at.q, u: __at.u, w: __at.inputs,
+                    })
+                }
+                fn mass(&self, __add: &mut #families::Entries<'_>) {
+                    let (__model, __t) = (self, 0.0);
+                    let (__q, __u, __w): (&[#f64], &[#f64], &[#f64]) = (&[], &[], &[]);
+                    #mass
+                }
+                fn stiffness(&self, __at: #families::View<'_>, __add: &mut #families::Entries<'_>) {
+                    let (__model, __t, __q, __u, __w) = (self, __at.t, __at.q, __at.u, __at.inputs);
+                    #stiffness
+                }
+                fn damping(&self, __at: #families::View<'_>, __add: &mut #families::Entries<'_>) {
+                    let (__model, __t, __q, __u, __w) = (self, __at.t, __at.q, __at.u, __at.inputs);
+                    #damping
+                }
+                fn coordinates(__state: &Self::State, __a: &[#f64]) -> #name { #coordinates }
+                fn output(&self, __index: #usize, __q: &#name) -> #families::Vec<#f64> {
+                    match __index {
+                        #(#values)*
+                        _ => #families::Vec::new(),
+                    }
+                }
+                #places
+            }
+        };
+    }
+}
+
+/// The body of `ends`.
+fn ends(surface: &Surface, compiled: &CompiledFamilies) -> TokenStream {
+    let families = {
+        let private = surface.private();
+        quote!(#private::families)
+    };
+    let family = &compiled.family;
+    let counts = family.counts.iter().zip(&family.least).map(|(count, least)| {
+        let (name, least) = (field(count), usize::try_from(*least).unwrap_or_default());
+        quote!(__loops::check_count(#count, self.#name, #least)?;)
+    });
+    let anchor = |anchor: Anchor| match anchor {
+        Anchor::Start(k) => {
+            let k = k as isize;
+            quote!(#k)
+        }
+        Anchor::End { count, plus } => {
+            let (name, plus) = (field(&family.counts[count as usize]), plus as isize);
+            quote!((self.#name as isize + #plus))
+        }
+    };
+    let reads = family.reads.iter().map(|(parameter, end)| {
+        let text = &family.numbered[*parameter as usize];
+        let (name, end) = (field(text), anchor(*end));
+        quote!(__loops::check_length(#text, self.#name.len(), #end)?;)
+    });
+    let lengths = family.fields.iter().map(|field| {
+        let length = field.length.map_or_else(|| quote!(1isize), anchor);
+        quote! {
+            __end += #length.max(0) as usize;
+            __ends.push(__end);
+        }
+    });
+    quote! {
+        #(#counts)*
+        #(#reads)*
+        let (mut __ends, mut __end) = (#families::Vec::new(), 0usize);
+        #(#lengths)*
+        Ok(__ends)
+    }
+}
+
+/// The body of `coordinates`.
+fn jets(surface: &Surface) -> TokenStream {
+    let private = surface.private();
+    let families = quote!(#private::families);
+    let name = surface.coordinates_type();
+    let jet = quote!(#private::Expr::coordinate(__state.q()[__k], __state.u()[__k], __a[__k]));
+    let fields = surface.coordinates.iter().enumerate().map(|(k, slot)| {
+        let field = &slot.name;
+        let start = match k {
+            0 => quote!(0usize),
+            k => {
+                let before = k - 1;
+                quote!(__ends[#before])
+            }
+        };
+        if slot.family {
+            quote!(#field: (#start..__ends[#k]).map(|__k| #jet).collect(),)
+        } else {
+            quote!(#field: { let __k = #start; #jet },)
+        }
+    });
+    let inputs = surface.inputs.iter().enumerate().map(|(k, slot)| {
+        let field = &slot.name;
+        quote!(#field: #private::Expr::input(__state.values.inputs[#k]),)
+    });
+    quote! {
+        let __ends = #families::FamilyState::ends(__state);
+        #name { #(#fields)* #(#inputs)* t: #private::Expr::time(__state.t()) }
+    }
+}
+
+/// `places`, where helpers say where nodes are.
+fn places(surface: &Surface, compiled: &CompiledFamilies) -> TokenStream {
+    if compiled.places.is_empty() {
+        return TokenStream::new();
+    }
+    let private = surface.private();
+    let families = quote!(#private::families);
+    let name = surface.coordinates_type();
+    let anchor = |anchor: Anchor| match anchor {
+        Anchor::Start(k) => {
+            let k = k as isize;
+            quote!(#k)
+        }
+        Anchor::End { count, plus } => {
+            let count = field(&compiled.family.counts[count as usize]);
+            let plus = plus as isize;
+            quote!((self.#count as isize + #plus))
+        }
+    };
+    let lines = compiled.places.iter().map(|(function, range)| {
+        let (text, start, end) = (plain(function), anchor(range.start), anchor(range.end));
+        quote! {
+            (#text, (#start..#end).map(|__i| __loops::Place::place(&self.#function(__q, __i as usize))).collect())
+        }
+    });
+    quote! {
+        fn places(
+            &self, __q: &#name,
+        ) -> #families::Vec<(&'static #private::str, #families::Vec<[#private::f64; 3]>)> {
+            #families::Vec::from([#(#lines),*])
+        }
+    }
+}
+
+/// What stands in for the trait of a model with errors.
+pub(crate) fn family_fallback(surface: &Surface) -> TokenStream {
+    let (model, private, quiet) = (&surface.target, surface.private(), quiet());
+    let (vis, never, only_one) = (surface.impl_vis(), quote!(#private::unreachable!()), only_one(surface));
+    let families = quote!(#private::families);
+    let (f64, str) = (quote!(#private::f64), quote!(#private::str));
+    let (state, name) = (surface.state_type(), surface.coordinates_type());
+    quote! {
+        #only_one
+        #quiet
+        impl #model {
+            #vis const REPORT: &'static #str = "";
+            #vis const EQUATIONS: &'static #str = "";
+        }
+        #quiet
+        const _: () = {
+            impl #families::FamilyModel for #model {
+                type State = #state;
+                const FIELDS: &'static [#families::Field] = &[];
+                const INPUTS: &'static [#private::Quantity] = &[];
+                const OUTPUTS: &'static [#families::OutputDeclaration] = &[];
+                const CONSERVATIVE: #private::bool = false;
+                const VELOCITY_FORCES: #private::bool = false;
+                const DIAGONAL: #private::bool = false;
+                const OPERATIONS: #private::usize = 0;
+                const REPORT: &'static #str = "";
+                const EQUATIONS: &'static #str = "";
+                fn ends(&self) -> #private::Result<#families::Vec<#private::usize>, #families::SizeError> { #never }
+                fn forces(&self, _: #families::View<'_>, _: &mut [#f64]) { #never }
+                fn scaled_forces(&self, _: #families::View<'_>, _: &[#f64], _: &mut [#f64]) { #never }
+                fn kick(&self, _: #f64, _: &[#f64], _: &[#f64], _: &[#f64], _: #f64, _: &mut [#f64]) { #never }
+                fn energies(&self, _: #families::View<'_>) -> #families::EnergyParts { #never }
+                fn mass(&self, _: &mut #families::Entries<'_>) { #never }
+                fn stiffness(&self, _: #families::View<'_>, _: &mut #families::Entries<'_>) { #never }
+                fn damping(&self, _: #families::View<'_>, _: &mut #families::Entries<'_>) { #never }
+                fn coordinates(_: &Self::State, _: &[#f64]) -> #name { #never }
+                fn output(&self, _: #private::usize, _: &#name) -> #families::Vec<#f64> { #never }
+            }
+        };
+    }
+}

@@ -1,0 +1,254 @@
+//! Forces, inertia, stiffness and damping of one element of every sum.
+
+use std::collections::BTreeMap;
+
+use crate::calculus::{directional, gradient, gradient_entries};
+use crate::graph::{Dependence, Graph, NodeId, Origin, Symbol};
+use crate::mechanics::{EnergyRole, ForceTerm};
+
+use super::model::{FamilyModel, NodeIndex, Range, TermKind};
+
+/// What one round adds to the equations of motion; nodes of the model's graph, coordinates by their numbers
+/// among the locals.
+#[derive(Clone, Debug, Default)]
+pub struct Element {
+    /// The rounds; `None`: once, with no index.
+    pub range: Option<Range>,
+    /// The functions that it comes from.
+    pub functions: Vec<String>,
+    /// Q, where it is not zero.
+    pub forces: Vec<(usize, NodeId)>,
+    /// M, both halves, where it is not zero.
+    pub mass: Vec<(usize, usize, NodeId)>,
+    /// −∂Q/∂q, where it is not zero.
+    pub stiffness: Vec<(usize, usize, NodeId)>,
+    /// −∂Q/∂u, where it is not zero.
+    pub damping: Vec<(usize, usize, NodeId)>,
+    /// T, where it has one.
+    pub kinetic: Option<NodeId>,
+    /// V, where it has one.
+    pub potential: Option<NodeId>,
+}
+
+/// A model's elements, and what holds of all of them.
+#[derive(Clone, Debug)]
+pub struct Derived {
+    /// The elements, those with rounds first, in the order of their ranges.
+    pub elements: Vec<Element>,
+    /// Whether T + V is conserved.
+    pub conservative: bool,
+    /// Whether Q contains velocities.
+    pub velocity_forces: bool,
+    /// Whether M is diagonal.
+    pub diagonal: bool,
+}
+
+/// Why a model with families has no equations of motion yet.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Underivable {
+    /// The mass matrix is not constant.
+    MassMoves {
+        /// The kinetic energy.
+        function: String,
+        /// Where it was declared.
+        origin: Origin,
+    },
+    /// The kinetic energy is no quadratic function of the velocities.
+    NotQuadratic {
+        /// The kinetic energy.
+        function: String,
+        /// Where it was declared.
+        origin: Origin,
+    },
+}
+
+/// Derives all elements. Adds nodes to the graph.
+///
+/// # Errors
+/// A kinetic energy whose mass matrix is not constant.
+pub fn derive(model: &mut FamilyModel) -> Result<Derived, Vec<Underivable>> {
+    let mut groups: BTreeMap<Option<Range>, Vec<usize>> = BTreeMap::new();
+    for (k, term) in model.terms.iter().enumerate() {
+        groups.entry(term.range).or_default().push(k);
+    }
+    let (mut elements, mut errors) = (Vec::new(), Vec::new());
+    // What has no rounds comes last: it is added to what the loops have written.
+    let alone = groups.remove(&None);
+    for (range, terms) in groups.into_iter().chain(alone.map(|terms| (None, terms))) {
+        let mut element = Element { range, ..Element::default() };
+        for k in terms {
+            errors.extend(add(model, &mut element, k));
+        }
+        let n = model.locals.len();
+        let g = &mut model.model.graph;
+        element.stiffness = slopes(g, &element.forces, Symbol::Coordinate, n);
+        element.damping = slopes(g, &element.forces, Symbol::Rate, n);
+        elements.push(element);
+    }
+    if !errors.is_empty() {
+        return Err(errors);
+    }
+    let g = &model.model.graph;
+    let on = |id: NodeId, of: Dependence| g.dependence(id).on(of);
+    let acts = |k: &TermKind| match k {
+        TermKind::Force(_) | TermKind::Energy(EnergyRole::Dissipation, _) => true,
+        TermKind::Energy(_, id) => on(*id, Dependence::TIME.with(Dependence::INPUTS)),
+    };
+    let velocity_forces = elements.iter().flat_map(|e| &e.forces).any(|(_, q)| on(*q, Dependence::RATES));
+    Ok(Derived {
+        conservative: !model.terms.iter().any(|term| acts(&term.kind)),
+        velocity_forces,
+        diagonal: elements.iter().flat_map(|e| &e.mass).all(|(a, b, _)| a == b),
+        elements,
+    })
+}
+
+/// Adds a term to its element.
+fn add(model: &mut FamilyModel, element: &mut Element, k: usize) -> Option<Underivable> {
+    let n = model.locals.len();
+    let term = &model.terms[k];
+    let (function, origin) = (term.function.clone(), term.origin);
+    let g = &mut model.model.graph;
+    if !element.functions.contains(&function) {
+        element.functions.push(function.clone());
+    }
+    let one = g.one();
+    let forces = match &term.kind {
+        TermKind::Energy(EnergyRole::Dissipation, id) => {
+            let minus = g.integer(-1);
+            entries(g, &[(*id, minus)], Symbol::Rate, n)
+        }
+        TermKind::Force(terms) => {
+            let mut seeded = Vec::new();
+            for term in terms {
+                match term {
+                    ForceTerm::At { point, vector } => {
+                        seeded.extend(point.iter().copied().zip(vector.iter().copied()));
+                    }
+                    ForceTerm::Along { expression, magnitude } => seeded.push((*expression, *magnitude)),
+                }
+            }
+            entries(g, &seeded, Symbol::Coordinate, n)
+        }
+        TermKind::Energy(role, id) => {
+            // L = T − V, −V or L.
+            let lagrangian = if *role == EnergyRole::Potential { g.neg(*id) } else { *id };
+            let momenta = entries(g, &[(lagrangian, one)], Symbol::Rate, n);
+            let mass = slopes(g, &momenta, Symbol::Rate, n);
+            for (a, b, m) in mass {
+                // `slopes` has −∂p/∂u.
+                let m = g.neg(m);
+                if g.dependence(m).on(Dependence::RATES) {
+                    return Some(Underivable::NotQuadratic { function, origin });
+                }
+                if !g.dependence(m).within(Dependence::PARAMETERS) {
+                    return Some(Underivable::MassMoves { function, origin });
+                }
+                add_entry(g, &mut element.mass, a, b, m);
+            }
+            let (slot, sign) = match role {
+                EnergyRole::Potential => (&mut element.potential, *id),
+                EnergyRole::Kinetic => (&mut element.kinetic, *id),
+                _ => {
+                    // T is what of L has velocities twice: p·u less twice what they have once is not needed,
+                    // since M is constant: T = ½ uᵀM u, V = T − L.
+                    let mut kinetic = g.zero();
+                    for (a, p) in &momenta {
+                        let rate = g.symbol(Symbol::Rate(*a as u32));
+                        let term = g.mul(*p, rate);
+                        kinetic = g.add(kinetic, term);
+                    }
+                    let half = g.number(crate::graph::Number::Rational(1, 2));
+                    let kinetic = g.mul(half, kinetic);
+                    let potential = g.sub(kinetic, *id);
+                    element.kinetic = Some(match element.kinetic {
+                        Some(known) => g.add(known, kinetic),
+                        None => kinetic,
+                    });
+                    (&mut element.potential, potential)
+                }
+            };
+            *slot = Some(match *slot {
+                Some(known) => g.add(known, sign),
+                None => sign,
+            });
+            // Q = ∂L/∂q − ∂p/∂q·u − ∂p/∂t.
+            let mut forces = entries(g, &[(lagrangian, one)], Symbol::Coordinate, n);
+            let nodes: Vec<NodeId> = momenta.iter().map(|(_, p)| *p).collect();
+            let moved = directional(g, &nodes, &mut |g, symbol| match symbol {
+                Symbol::Coordinate(i) => Some(g.symbol(Symbol::Rate(i))),
+                Symbol::Time => Some(g.one()),
+                _ => None,
+            });
+            for ((a, _), rate) in momenta.iter().zip(moved) {
+                let minus = g.neg(rate);
+                add_force(g, &mut forces, *a, minus);
+            }
+            forces
+        }
+    };
+    for (a, q) in forces {
+        add_force(g, &mut element.forces, a, q);
+    }
+    None
+}
+
+/// The gradient's entries that are not zero.
+fn entries(
+    g: &mut Graph,
+    seeded: &[(NodeId, NodeId)],
+    kind: fn(u32) -> Symbol,
+    n: usize,
+) -> Vec<(usize, NodeId)> {
+    let all = gradient_entries(g, seeded, kind, n);
+    all.into_iter().filter(|(_, slope)| !g.is_zero(*slope)).collect()
+}
+
+/// −∂f/∂symbols by rows, where it is not zero.
+fn slopes(
+    g: &mut Graph,
+    of: &[(usize, NodeId)],
+    kind: fn(u32) -> Symbol,
+    n: usize,
+) -> Vec<(usize, usize, NodeId)> {
+    let symbols: Vec<Symbol> = (0..n as u32).map(kind).collect();
+    let one = g.one();
+    let mut all = Vec::new();
+    for (a, node) in of {
+        let row = gradient(g, &[(*node, one)], &symbols);
+        for (b, slope) in row.into_iter().enumerate() {
+            if !g.is_zero(slope) {
+                all.push((*a, b, g.neg(slope)));
+            }
+        }
+    }
+    all
+}
+
+fn add_force(g: &mut Graph, forces: &mut Vec<(usize, NodeId)>, a: usize, q: NodeId) {
+    match forces.iter_mut().find(|(known, _)| *known == a) {
+        Some((_, sum)) => *sum = g.add(*sum, q),
+        None => forces.push((a, q)),
+    }
+    forces.retain(|(_, q)| !g.is_zero(*q));
+}
+
+fn add_entry(g: &mut Graph, all: &mut Vec<(usize, usize, NodeId)>, a: usize, b: usize, m: NodeId) {
+    match all.iter_mut().find(|(i, j, _)| (*i, *j) == (a, b)) {
+        Some((.., sum)) => *sum = g.add(*sum, m),
+        None => all.push((a, b, m)),
+    }
+    all.retain(|(.., m)| !g.is_zero(*m));
+}
+
+impl Element {
+    /// How far below and above the round's index the nodes are to which it gives forces.
+    #[must_use]
+    pub fn reach(&self, model: &FamilyModel) -> Option<(i64, i64)> {
+        let offsets = self.forces.iter().filter_map(|(a, _)| match model.locals[*a].index {
+            NodeIndex::Round(k) => Some(k),
+            NodeIndex::Fixed(_) => None,
+        });
+        offsets.fold(None, |reach, k| Some(reach.map_or((k, k), |(a, b): (i64, i64)| (a.min(k), b.max(k)))))
+    }
+}
