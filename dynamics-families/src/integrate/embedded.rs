@@ -1,10 +1,11 @@
 //! The error of a step of an explicit method, in parts of what is permitted.
 //!
 //! Permitted is absolute + relative·|value|. The absolute part of `.tolerance(..)` is smaller for small
-//! motions: where the coordinates of all fields of one unit, or their velocities, have stayed below 0.1, it is
-//! the tolerance times ten times the largest of them, but no less than a millionth of the tolerance: forces
-//! that come from small differences of lengths would be rounding. A bar that moves by micrometres keeps its
-//! digits. What starts from rest has the size that its accelerations reach within the shortest period.
+//! motions: where the coordinates of all fields of one unit, or their velocities, have stayed below 0.1, it
+//! is the tolerance times ten times the largest of them, but no less than a millionth of the tolerance:
+//! forces that come from small differences of lengths would be rounding. A bar that moves by micrometres
+//! keeps its digits. What starts from rest has the size that its accelerations reach within the shortest
+//! period.
 
 use dynamics_runtime::integrate::Tolerances;
 
