@@ -179,8 +179,8 @@ fn too_many_steps(limit: &u64, longest: &Option<f64>, f: &mut fmt::Formatter<'_>
         None => f.write_str("; give a larger `.max_steps(..)`, a longer step, or a looser tolerance"),
         Some(longest) => write!(
             f,
-            "; stability and not accuracy bounds them, near {longest:.3e}: choose an implicit method, or give \
-             a larger `.max_steps(..)`"
+            "; stability and not accuracy bounds them, near {longest:.3e}: choose an implicit method, or \
+             give a larger `.max_steps(..)`"
         ),
     }
 }
@@ -230,8 +230,8 @@ pub enum FamilyMotionError {
     },
     /// No state is kept at this time.
     #[error(
-        "no state is kept at t = {}; the nearest are at {} and {}; record more with `.record(Every::time(dt))` \
-         or every step with `.record(Every::steps(1))`",
+        "no state is kept at t = {}; the nearest are at {} and {}; record more with \
+         `.record(Every::time(dt))` or every step with `.record(Every::steps(1))`",
         Readable(*.time), Readable(*.before), Readable(*.after)
     )]
     NotRecorded {

@@ -74,6 +74,10 @@ pub(crate) trait FixedStep<M: FamilyModel> {
         next: f64,
         into: &mut Point,
     ) -> Result<(), FamilyErrorKind>;
+    /// Whether a step that fails leaves y as it was.
+    fn keeps_state(&self) -> bool {
+        true
+    }
     /// Forgets what it knows of the last step: the run goes back to an earlier state.
     fn restart(&mut self) {}
     /// Bytes on the heap.

@@ -94,7 +94,8 @@ impl FamilyMethod {
             Self::Composition8 => 3.1,
             // 2 √2.
             Self::Rk4 => 2.828_427_124_746_19,
-            // Not on the imaginary axis from 0 on, but oscillations decay or grow by less than a step's error.
+            // Not on the imaginary axis from 0 on, but oscillations decay or grow by less than a step's
+            // error.
             Self::DormandPrince5 => 3.25,
             Self::Dop853 => 6.1,
             Self::ImplicitMidpoint | Self::Newmark | Self::GeneralizedAlpha { .. } => f64::INFINITY,

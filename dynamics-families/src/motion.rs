@@ -97,10 +97,10 @@ impl<'m, M: FamilyModel> FamilyMotion<'m, M> {
 
     /// The state at time t.
     ///
-    /// Where t is the time of a frame, to 10⁻¹² of the motion, it is the state of that frame. Between the ends
-    /// of one step, as they are all recorded by `Every::steps(1)`, it is the quintic through q, q̇ and q̈ at
-    /// both, with inputs between those of both: its error is O(h⁶), above that of methods of order 6 and 8
-    /// with long steps. Elsewhere it is an error: frames that are further apart say
+    /// Where t is the time of a frame, to 10⁻¹² of the motion, it is the state of that frame. Between the
+    /// ends of one step, as they are all recorded by `Every::steps(1)`, it is the quintic through q, q̇ and
+    /// q̈ at both, with inputs between those of both: its error is O(h⁶), above that of methods of order 6
+    /// and 8 with long steps. Elsewhere it is an error: frames that are further apart say
     /// nothing about waves between them. [`FamilyMotion::nearest`] gives the nearest frame.
     ///
     /// # Errors

@@ -57,8 +57,8 @@ impl<M: FamilyModel> FamilyMotion<'_, M> {
         coordinates.chain(velocities).chain(outputs).collect()
     }
 
-    /// Writes the motion as one page, `.html`, that plays in any browser, as [`FamilyMotion::animation`] makes
-    /// it.
+    /// Writes the motion as one page, `.html`, that plays in any browser, as [`FamilyMotion::animation`]
+    /// makes it.
     ///
     /// # Errors
     /// Where the file cannot be written, and where the states went to a file.

@@ -15,8 +15,8 @@ use crate::model::{EnergyParts, FamilyModel, FamilyState, Length, View};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Every {
-    /// At this interval of time from the start on. Adaptive steps end there. Fixed steps do not change: states
-    /// between their ends are those of the quintic through q, q̇ and q̈ at both ends.
+    /// At this interval of time from the start on. Adaptive steps end there. Fixed steps do not change:
+    /// states between their ends are those of the quintic through q, q̇ and q̈ at both ends.
     Time(f64),
     /// After so many accepted steps.
     Steps(u64),
@@ -47,8 +47,8 @@ impl Every {
 }
 
 impl Default for Every {
-    /// 300 frames: enough for an animation and for a picture of a motion. A simulation keeps fewer where nothing
-    /// was asked for and they would take more than 256 MiB.
+    /// 300 frames: enough for an animation and for a picture of a motion. A simulation keeps fewer where
+    /// nothing was asked for and they would take more than 256 MiB.
     fn default() -> Self {
         Self::Frames(300)
     }
@@ -82,8 +82,8 @@ pub(crate) struct RecordedFrame<S> {
     pub(crate) short_waves: Vec<f64>,
 }
 
-/// What the energy did at the ends of steps. States between them are interpolated, and their energy is that of
-/// the interpolant.
+/// What the energy did at the ends of steps. States between them are interpolated, and their energy is that
+/// of the interpolant.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct EnergyHistory {
     pub(crate) first: Option<EnergyParts>,

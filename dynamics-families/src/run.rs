@@ -112,8 +112,8 @@ impl<'r, 'm, M: FamilyModel> Run<'r, 'm, M> {
             false => self.recorder.push(&mut self.equations, &self.y, step, false),
         };
         let flushed = self.recorder.flush();
-        let time = self.y.t;
         let record = self.record(mass);
+        let time = record.end.t();
         let outcome = outcome.and(recorded.map_err(Failure::from)).and(flushed.map_err(Failure::from));
         match outcome {
             Ok(()) => Ok(record),
@@ -210,7 +210,13 @@ impl<'r, 'm, M: FamilyModel> Run<'r, 'm, M> {
             if frame_inside {
                 scheme.state(&mut self.equations, &self.y, h, &mut between.start)?;
             }
-            scheme.advance(&mut self.equations, &mut self.y, h, next)?;
+            if let Err(kind) = scheme.advance(&mut self.equations, &mut self.y, h, next) {
+                if !scheme.keeps_state() {
+                    self.back_to(&safe, scheme, steps.size(safe_step + 1))?;
+                    self.steps = safe_step;
+                }
+                return Err(Failure { kind, step: h });
+            }
             self.y.t = end;
             let by_step = self.recorder.wants_step(k);
             let looks = frame_inside || frame_at_end || by_step || k.is_multiple_of(LOOK) || k == steps.count;
@@ -279,10 +285,19 @@ impl<'r, 'm, M: FamilyModel> Run<'r, 'm, M> {
             return Err(FamilyErrorKind::NeedsFixedStep { method: self.plan.method }.into());
         };
         let mut stages = Stages::new(tableau, self.y.q.len());
-        let mut norm = ErrorNorm::new(self.plan.tolerances, self.plan.scaled, &self.ends);
+        let mut norm = ErrorNorm::new(
+            self.plan.tolerances,
+            self.plan.scaled,
+            &self.ends,
+            M::FIELDS.iter().map(|field| field.unit),
+        );
         let mut controller = Controller::new(table.control, table.error_order);
         self.bytes += stages.bytes();
         norm.see(&self.y);
+        stages.start(&mut self.equations, &self.y)?;
+        if let Some(longest) = self.plan.longest.filter(|longest| longest.is_finite()) {
+            norm.see_growth(&self.y.u, &stages.k[0], longest);
+        }
         let direction = (self.plan.end - self.y.t).signum();
         let mut h = self.first_step();
         // The rounding of the time, which is a long sum.

@@ -72,12 +72,13 @@ pub trait SimulateFamilies: FamilyModel {
     /// bound ω of the largest frequency, no estimate. Uniform bars attain it. Infinite where nothing
     /// oscillates.
     ///
-    /// ω² is at most the largest Σⱼ |kᵢⱼ| / (mᵢᵢ − Σⱼ |mᵢⱼ|) of a row. Where M is not dominant on its diagonal,
-    /// ω is enclosed by the signs of pivots. With large deflections the bound changes along the motion.
+    /// ω² is at most the largest Σⱼ |kᵢⱼ| / (mᵢᵢ − Σⱼ |mᵢⱼ|) of a row. Where M is not dominant on its
+    /// diagonal, ω is enclosed by the signs of pivots. With large deflections the bound changes along the
+    /// motion.
     ///
     /// # Errors
-    /// Where the state belongs to another model, where M is not positive definite, and where a tangent that is
-    /// not symmetric leaves no bound.
+    /// Where the state belongs to another model, where M is not positive definite, and where a tangent that
+    /// is not symmetric leaves no bound.
     fn longest_step(&self, state: &Self::State) -> Result<f64, FamilyError<Self>> {
         let failed = |kind: FamilyErrorKind| FamilyError::before(kind, state.t());
         let ends = self.ends().map_err(|error| failed(error.into()))?;
@@ -90,13 +91,14 @@ pub trait SimulateFamilies: FamilyModel {
     /// the pivots of K.
     ///
     /// # Errors
-    /// Where the iteration does not converge, where K is singular on the way, and where an input has no value.
+    /// Where the iteration does not converge, where K is singular on the way, and where an input has no
+    /// value.
     fn equilibrium(&self, guess: &Self::State) -> Result<FamilyEquilibrium<Self::State>, FamilyError<Self>> {
         statics::equilibrium(self, guess)
     }
 
-    /// The `count` lowest modes of vibration about a state, rising, without damping. They are counted: none is
-    /// missed. At a state that is no equilibrium they are those of the tangent there.
+    /// The `count` lowest modes of vibration about a state, rising, without damping. They are counted: none
+    /// is missed. At a state that is no equilibrium they are those of the tangent there.
     ///
     /// # Errors
     /// Where the tangent is not symmetric, and where modes do not converge.
@@ -153,8 +155,9 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
     /// Permitted error of each step, absolute (in the unit of each coordinate and velocity) and relative
     /// alike. Default 1e-9.
     ///
-    /// The absolute tolerance of small motions is smaller. Where the coordinates of a field, or their
-    /// velocities, have stayed below 0.1, it is the tolerance times ten times the largest of them.
+    /// The absolute tolerance of small motions is smaller. Where the coordinates of all fields of one unit,
+    /// or their velocities, have stayed below 0.1, it is the tolerance times ten times the largest of them,
+    /// but no less than a millionth of the tolerance.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerances = Some((Tolerances::both(tolerance), true));
         self

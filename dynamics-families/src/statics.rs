@@ -1,7 +1,7 @@
 //! Equilibria: Q(q, 0) = 0 by Newton's method with a line search.
 //!
-//! K Δq = Q is solved with the banded tangent. A step is halved until √Σ Qᵢ²/mᵢ falls. Whether the equilibrium
-//! is stable is counted: the pivots of K = L D Lᵀ have the signs of its eigenvalues (Sylvester).
+//! K Δq = Q is solved with the banded tangent. A step is halved until √Σ Qᵢ²/mᵢ falls. Whether the
+//! equilibrium is stable is counted: the pivots of K = L D Lᵀ have the signs of its eigenvalues (Sylvester).
 
 use dynamics_runtime::simulate::OptionError;
 

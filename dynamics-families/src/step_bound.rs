@@ -6,10 +6,10 @@
 //! |λ| (mᵢᵢ − Σ |mᵢⱼ|) ≤ Σ |kᵢⱼ|       hence  ω² ≤ maxᵢ Σⱼ |kᵢⱼ| / (mᵢᵢ − Σⱼ |mᵢⱼ|)
 //! ```
 //!
-//! with sums over j ≠ i on the left: Gershgorin's theorem for a pencil. With unknowns in other units, x = W y,
-//! the same holds; wᵢ = 1/√mᵢᵢ is tried as well. The bound is attained in the limit by uniform bars, of lumped
-//! masses (h = length of an element / c) and of consistent ones (that over √3). Where M is not dominant on its
-//! diagonal, the largest eigenvalue is enclosed by the signs of pivots of K − λ M.
+//! with sums over j ≠ i on the left: Gershgorin's theorem for a pencil. With unknowns in other units, x = W
+//! y, the same holds; wᵢ = 1/√mᵢᵢ is tried as well. The bound is attained in the limit by uniform bars, of
+//! lumped masses (h = length of an element / c) and of consistent ones (that over √3). Where M is not
+//! dominant on its diagonal, the largest eigenvalue is enclosed by the signs of pivots of K − λ M.
 
 use std::sync::Arc;
 

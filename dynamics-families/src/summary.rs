@@ -27,7 +27,8 @@ pub struct ShortWaves {
     pub time: f64,
 }
 
-/// Why a motion may be less accurate than it looks. Its [`Display`](fmt::Display) is a sentence with a remedy.
+/// Why a motion may be less accurate than it looks. Its [`Display`](fmt::Display) is a sentence with a
+/// remedy.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum FamilyWarning {
@@ -63,8 +64,8 @@ impl fmt::Display for FamilyWarning {
             }
             Self::StabilityBound { mean } => write!(
                 f,
-                "stability, not accuracy, bounds the steps of this explicit method, {mean:.3e} in the mean; an \
-                 implicit method makes longer ones"
+                "stability, not accuracy, bounds the steps of this explicit method, {mean:.3e} in the mean; \
+                 an implicit method makes longer ones"
             ),
         }
     }
@@ -103,8 +104,8 @@ pub struct FamilySummary {
     pub frames: usize,
     /// Energies at the start and at the end.
     pub energies: [EnergyParts; 2],
-    /// Largest |E − E₀| in parts of `energy_scale`, at recorded instants or the ends of the steps around them;
-    /// none where the model does not conserve its energy.
+    /// Largest |E − E₀| in parts of `energy_scale`, at recorded instants or the ends of the steps around
+    /// them; none where the model does not conserve its energy.
     pub energy_drift: Option<f64>,
     /// Largest of T, |V| and |E| met.
     pub energy_scale: f64,

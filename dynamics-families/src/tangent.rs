@@ -1,5 +1,5 @@
-//! c_m M + c_d D + c_k K, assembled from the model's entries, and its solution: LDLᵀ where it is symmetric and
-//! positive definite, else LU with partial pivoting.
+//! c_m M + c_d D + c_k K, assembled from the model's entries, and its solution: LDLᵀ where it is symmetric
+//! and positive definite, else LU with partial pivoting.
 
 use std::sync::Arc;
 

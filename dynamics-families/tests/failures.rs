@@ -80,3 +80,25 @@ fn no_time_means_no_motion() {
     assert_eq!(motion.start().t(), 0.0);
     assert!(motion.summary().to_string().contains("Lattice from t = 0 to 0"));
 }
+
+/// Inputs that end in the middle of the motion: what was computed before is there.
+#[test]
+fn inputs_that_are_lost_end_the_motion() {
+    let string = GuitarString::uniform(8);
+    let start = state(&string, |_| 0.0, |_| 0.0);
+    let run =
+        || string.simulate(start.clone()).until(1.0).inputs(|t, _| if t < 0.5 { 0.1 } else { f64::NAN });
+    for run in [
+        run(),
+        run().fixed_step(0.01),
+        run().fixed_step(0.01).method(methods::ImplicitMidpoint),
+        run().fixed_step(0.01).method(methods::Newmark),
+    ] {
+        let error = run.run().expect_err("not finite");
+        assert_eq!(error.kind, FamilyErrorKind::InputNotFinite { input: "pluck" });
+        assert!(error.time > 0.4 && error.time < 0.5 + 1e-9, "{error}");
+        let motion = error.motion(&string).expect("what was computed");
+        assert_eq!(motion.end_time(), error.time);
+        assert!(motion.end().q().iter().all(|q| q.is_finite()) && motion.end().q()[12] > 0.0);
+    }
+}

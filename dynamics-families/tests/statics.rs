@@ -50,7 +50,8 @@ fn bars_have_the_frequencies_of_the_reference() {
     assert!((modes[8].frequency() - 22.755575004315876).abs() < 1e-11);
 }
 
-/// Along and across the same string: ω = 2 √(k/m) sin(θ/2), k from `ea` and from the tension, counted together.
+/// Along and across the same string: ω = 2 √(k/m) sin(θ/2), k from `ea` and from the tension, counted
+/// together.
 #[test]
 fn a_taut_string_has_modes_along_and_across() {
     let string = GuitarString { ea: 4.0, ..GuitarString::uniform(300) };

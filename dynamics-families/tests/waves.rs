@@ -34,8 +34,8 @@ fn at_courant_number_one_waves_are_exact() {
     assert_eq!(
         error.to_string(),
         "`Bar` was not simulated: a fixed step of 1.001 is too long for Störmer–Verlet (order 2): waves grow \
-         without bounds above 1.000000e0, the bound by `longest_step`; shorten the step, or choose an implicit \
-         method"
+         without bounds above 1.000000e0, the bound by `longest_step`; shorten the step, or choose an \
+         implicit method"
     );
 }
 

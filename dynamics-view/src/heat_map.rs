@@ -30,8 +30,8 @@ const DIGITS: usize = 4;
 
 /// A field of numbers as colours: rows from top to bottom.
 ///
-/// Fields of both signs have white for 0, blue below and red above; others go from white to blue. More rows or
-/// columns than pixels are averaged.
+/// Fields of both signs have white for 0, blue below and red above; others go from white to blue. More rows
+/// or columns than pixels are averaged.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeatMap {
     title: String,
@@ -192,7 +192,8 @@ fn image(svg: &mut String, [x, y, width, height]: [f64; 4], rows: &[Vec<u8>], pa
     );
 }
 
-/// A PNG file of indexed colours, without compression: blocks of deflate that are stored (RFC 1950, RFC 1951).
+/// A PNG file of indexed colours, without compression: blocks of deflate that are stored (RFC 1950, RFC
+/// 1951).
 fn png(rows: &[Vec<u8>], palette: &[[u8; 3]]) -> Vec<u8> {
     let mut bytes = b"\x89PNG\r\n\x1a\n".to_vec();
     let mut header = Vec::new();

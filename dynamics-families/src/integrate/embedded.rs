@@ -1,8 +1,11 @@
 //! The error of a step of an explicit method, in parts of what is permitted.
 //!
 //! Permitted is absolute + relative·|value|. The absolute part of `.tolerance(..)` is smaller for small
-//! motions: for the coordinates of a field, or their velocities, that have stayed below 0.1, it is the
-//! tolerance times ten times the largest of them. A bar that moves by micrometres keeps its digits.
+//! motions: where the coordinates of all fields of one unit, or their velocities, have stayed below 0.1, it
+//! is the tolerance times ten times the largest of them, but no less than a millionth of the tolerance:
+//! forces that come from small differences of lengths would be rounding. A bar that moves by micrometres
+//! keeps its digits. What starts from rest has the size that its accelerations reach within the shortest
+//! period.
 
 use dynamics_runtime::integrate::Tolerances;
 
@@ -12,6 +15,8 @@ use crate::integrate::explicit::{Stages, sums};
 
 /// Values below this make the absolute tolerance smaller.
 const SMALL: f64 = 0.1;
+/// The least part of the tolerance that it becomes.
+const LEAST_PART: f64 = 1e-6;
 
 /// The norm of the error, and the sizes that it is measured by.
 pub(crate) struct ErrorNorm {
@@ -19,17 +24,28 @@ pub(crate) struct ErrorNorm {
     /// Whether the absolute tolerance follows the size of the motion.
     scaled: bool,
     ends: Vec<usize>,
-    /// Largest coordinate and velocity of each field so far.
+    /// For each field the first one of the same unit.
+    shares: Vec<usize>,
+    /// Largest coordinate and velocity so far, of all fields that share a unit.
     largest: Vec<[f64; 2]>,
     /// The same with the end of the present attempt.
     present: Vec<[f64; 2]>,
 }
 
 impl ErrorNorm {
-    pub(crate) fn new(tolerances: Tolerances, scaled: bool, ends: &[usize]) -> Self {
+    /// For fields that end at `ends` and have these units.
+    pub(crate) fn new<'u>(
+        tolerances: Tolerances,
+        scaled: bool,
+        ends: &[usize],
+        units: impl Iterator<Item = &'u str>,
+    ) -> Self {
+        let units: Vec<&str> = units.collect();
+        let first = |unit: &&str| units.iter().position(|other| other == unit).unwrap_or(0);
         Self {
             tolerances,
             scaled,
+            shares: units.iter().map(first).collect(),
             ends: ends.to_vec(),
             largest: vec![[0.0; 2]; ends.len()],
             present: vec![[0.0; 2]; ends.len()],
@@ -43,7 +59,20 @@ impl ErrorNorm {
 
     /// Takes the sizes of a state of the motion into account.
     pub(crate) fn see(&mut self, y: &Point) {
-        grow(&mut self.largest, &self.ends, y);
+        grow(&mut self.largest, &self.ends, &self.shares, &y.q, &y.u);
+    }
+
+    /// Takes into account what velocities and accelerations reach within a time.
+    pub(crate) fn see_growth(&mut self, u: &[f64], a: &[f64], time: f64) {
+        let mut reached = vec![[0.0; 2]; self.largest.len()];
+        grow(&mut reached, &self.ends, &self.shares, u, a);
+        for (largest, [u, a]) in self.largest.iter_mut().zip(reached) {
+            let (q, u) = ((u + a * time) * time, a * time);
+            // What is not finite is found by the first step.
+            if q.is_finite() {
+                *largest = [largest[0].max(q), largest[1].max(u)];
+            }
+        }
     }
 
     /// The error of the step from y that the stages have made: 1 is just permitted, NaN where values are not
@@ -52,7 +81,7 @@ impl ErrorNorm {
         self.present.copy_from_slice(&self.largest);
         if self.scaled {
             // A motion from rest has no size but that of its first attempts.
-            grow(&mut self.present, &self.ends, &stages.end);
+            grow(&mut self.present, &self.ends, &self.shares, &stages.end.q, &stages.end.u);
         }
         let n = y.q.len();
         let errors = &stages.tableau.errors;
@@ -114,8 +143,8 @@ impl ErrorNorm {
     }
 
     fn absolute(&self, field: usize) -> [f64; 2] {
-        self.present[field].map(|largest| {
-            let part = if self.scaled { (largest / SMALL).min(1.0) } else { 1.0 };
+        self.present[self.shares[field]].map(|largest| {
+            let part = if self.scaled { (largest / SMALL).clamp(LEAST_PART, 1.0) } else { 1.0 };
             self.tolerances.absolute * part
         })
     }
@@ -127,11 +156,12 @@ impl ErrorNorm {
     }
 }
 
-fn grow(largest: &mut [[f64; 2]], ends: &[usize], y: &Point) {
+fn grow(largest: &mut [[f64; 2]], ends: &[usize], shares: &[usize], q: &[f64], u: &[f64]) {
     let mut begin = 0;
-    for (largest, &end) in largest.iter_mut().zip(ends) {
-        largest[0] = largest[0].max(size(&y.q[begin..end]));
-        largest[1] = largest[1].max(size(&y.u[begin..end]));
+    for (&share, &end) in shares.iter().zip(ends) {
+        let largest = &mut largest[share];
+        largest[0] = largest[0].max(size(&q[begin..end]));
+        largest[1] = largest[1].max(size(&u[begin..end]));
         begin = end;
     }
 }

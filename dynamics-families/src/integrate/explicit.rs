@@ -127,6 +127,19 @@ impl Stages {
         }
     }
 
+    /// The first stage, where it is not known.
+    pub(crate) fn start<M: FamilyModel>(
+        &mut self,
+        equations: &mut Equations<'_, '_, M>,
+        y: &Point,
+    ) -> Result<(), FamilyErrorKind> {
+        if !self.has_first {
+            equations.accelerations(y.t, &y.q, &y.u, &mut self.k[0])?;
+            self.has_first = true;
+        }
+        Ok(())
+    }
+
     /// All stages of a step of size h, and its end.
     pub(crate) fn attempt<M: FamilyModel>(
         &mut self,
@@ -134,10 +147,7 @@ impl Stages {
         y: &Point,
         h: f64,
     ) -> Result<(), FamilyErrorKind> {
-        if !self.has_first {
-            equations.accelerations(y.t, &y.q, &y.u, &mut self.k[0])?;
-            self.has_first = true;
-        }
+        self.start(equations, y)?;
         for i in 1..self.k.len() {
             let (before, rest) = self.k.split_at_mut(i);
             let row = &self.tableau.rows[i];

@@ -1,9 +1,9 @@
 //! Störmer–Verlet (leapfrog, velocity Verlet) and its compositions of order 4, 6 and 8.
 //!
 //! * **Problem**: q̈ = a(t, q), forces without velocities; fixed step.
-//! * **Formula**: kick u += h/2 a, drift q += h u, kick u += h/2 a. Compositions make 5, 9 or 17 such steps of
-//!   γᵢ h. Kicks that follow one another are one: a Verlet step costs one pass over the forces and one over
-//!   q.
+//! * **Formula**: kick u += h/2 a, drift q += h u, kick u += h/2 a. Compositions make 5, 9 or 17 such steps
+//!   of γᵢ h. Kicks that follow one another are one: a Verlet step costs one pass over the forces and one
+//!   over q.
 //! * **Order** 2, 4, 6, 8; symplectic and reversible.
 //! * **Stability**: oscillations to hω = 2; 2.7, 2.5 and 3.1 for the compositions.
 //! * **Between steps** the velocities are half a kick ahead; states that are asked for get their own kick, so
@@ -81,6 +81,10 @@ impl<M: FamilyModel> FixedStep<M> for Splitting {
             equations.kick(y.t, &y.q, -0.5 * self.shares[0] * next, &mut into.u)?;
         }
         Ok(())
+    }
+
+    fn keeps_state(&self) -> bool {
+        false
     }
 
     fn bytes(&self) -> usize {

@@ -290,8 +290,8 @@ impl FamilyModel for Lattice {
     }
 }
 
-/// A string between two pegs, s along it and w across it, whose tension grows as it swings out; damped across,
-/// with a force on its middle across.
+/// A string between two pegs, s along it and w across it, whose tension grows as it swings out; damped
+/// across, with a force on its middle across.
 #[derive(Clone, Debug)]
 pub(crate) struct GuitarString {
     pub nodes: usize,
@@ -416,8 +416,8 @@ impl FamilyModel for GuitarString {
     }
 }
 
-/// A trolley on a rail and a chain of masses 1 and springs k behind it, their places counted from the trolley:
-/// M couples the trolley to every mass.
+/// A trolley on a rail and a chain of masses 1 and springs k behind it, their places counted from the
+/// trolley: M couples the trolley to every mass.
 #[derive(Clone, Debug)]
 pub(crate) struct Trolley {
     pub(crate) masses: usize,
