@@ -53,39 +53,6 @@ catalogue! {
         own";
     length_not_literal(length) "`{length}` has no value while the macro runs; write the length as a literal \
         such as `5`";
-    length_of_no_count(name, hint) "`{name}` is no count; the length of a family is a field of type \
-        `usize`{hint}";
-    family_of(what) "an array of this length would be a family, and only coordinates have families; give the \
-        {what} a length such as `5`";
-    array_beside_families(name) "`{name}` has a fixed length beside families of coordinates; give each of its \
-        coordinates a name of its own";
-    index_form(what, most) "`{what}` makes no index; an index of a family is `i + k`, `i - k`, `self.n + k`, \
-        `self.n - k` or a number, with k at most {most}";
-    index_below(name, index) "`{name}[{index}]` is below `{name}[0]`; begin the range later, or give the \
-        first nodes an `if`";
-    index_above(name, index, length) "`{name}[{index}]` is above the last node of `{name}`, which has \
-        `{length}` of them; end the range earlier, or give the last nodes an `if`";
-    index_of_other_count(name, index, length) "`{name}[{index}]` may be outside of `{name}`, which has \
-        `{length}` nodes: nothing says which of two counts is larger; use one count for both";
-    counts_compared() "two counts are compared here, and either may be the larger one; compare indices with \
-        one count";
-    range_of_round() "the ends of a range are counts or numbers; the index of a round cannot be one";
-    rounds_in_rounds() "a sum over an index stands within another one; sums over two indices are not \
-        supported yet, let one of them have a length such as `5`";
-    round_left() "`break` and `return` would leave a sum over an index early; give the range its end, or use \
-        an `if`";
-    round_assigns(name) "`{name}` is assigned by every round of this loop, which may only add to it with `+=` \
-        or `-=` and not read it; put what a round needs into a variable of its own";
-    mass_moves(function) "the mass matrix of `{function}` depends on coordinates, which is not supported \
-        beside families; write kinetic energies with masses that are constant";
-    energy_not_quadratic(function) "`{function}` is no quadratic function of the velocities, which is not \
-        supported beside families";
-    elements_differ(what, coordinate) "{what} of `{coordinate}` differs between the elements and the model \
-        unrolled; this is a mistake of `dynamics`, please report it";
-    sum_as_value() "a sum over an index can be added, subtracted and multiplied by a value; something else \
-        cannot be made of it yet";
-    role_beside_families(role) "`#[{role}]` is not supported in a model with families of coordinates; write \
-        stiff springs, or a model of fixed size";
     length_zero() "an array of length 0 holds nothing; leave it out";
     too_many_parameters(limit) "more than {limit} scalars in one model; check the array lengths";
     no_coordinates(name) "`{name}` has no coordinates; name them with `#[coordinates(theta: rad, x: m)]`";
@@ -152,6 +119,40 @@ catalogue! {
     no_kinetic_energy(name) "`{name}` has no kinetic energy; mark a function `#[kinetic]` or `#[lagrangian]`";
     role_signature(role, form) "`#[{role}]` needs another signature; write `{form}`";
     role_result(role, expected, found) "`#[{role}]` returns {found} here; return {expected}";
+
+    // Families.
+    length_of_no_count(name, hint) "`{name}` is no count; the length of a family is a field of type \
+        `usize`{hint}";
+    family_of(what) "an array of this length would be a family, and only coordinates have families; give the \
+        {what} a length such as `5`";
+    array_beside_families(name) "`{name}` has a fixed length beside families of coordinates; give each of \
+        its coordinates a name of its own";
+    index_form(what, most) "`{what}` makes no index; an index of a family is `i + k`, `i - k`, `self.n + k`, \
+        `self.n - k` or a number, with k at most {most}";
+    index_below(name, index, rounds) "`{name}[{index}]`{rounds} is below `{name}[0]`; begin the range later, \
+        or give the first nodes an `if`";
+    index_above(name, index, rounds, length) "`{name}[{index}]`{rounds} is above the last node of `{name}`, \
+        which has `{length}` of them; end the range earlier, or give the last nodes an `if`";
+    index_of_other_count(name, index, rounds, length) "`{name}[{index}]`{rounds} may be outside of `{name}`, \
+        which has `{length}` nodes: nothing says which of two counts is larger; use one count for both";
+    counts_compared() "two counts are compared here, and either may be the larger one; compare indices with \
+        one count";
+    range_of_round() "the ends of a range are counts or numbers; the index of a round cannot be one";
+    rounds_in_rounds() "a sum over an index stands within another one; sums over two indices are not \
+        supported yet, let one of them have a length such as `5`";
+    round_left(word) "`{word}` would leave a sum over an index early; give the range its end, or use an `if`";
+    round_assigns(name) "`{name}` is assigned by every round of this loop, which may only add to it as a \
+        whole, with `+=` or `-=`, and not read it; put what a round needs into a variable of its own";
+    mass_moves(function) "the mass matrix of `{function}` depends on coordinates, which is not supported \
+        beside families; write kinetic energies with masses that are constant";
+    energy_not_quadratic(function) "`{function}` is no quadratic function of the velocities, which is not \
+        supported beside families; write `0.5 * self.mass * velocity.powi(2)`";
+    elements_differ(what, coordinate) "{what} of `{coordinate}` differs between the elements and the model \
+        unrolled; this is a mistake of `dynamics`, please report it";
+    sum_as_value() "of a sum over an index only sums, differences and multiples can be made yet; do this \
+        with every summand, or give what the sum stands for a coordinate of its own";
+    role_beside_families(role, instead) "`#[{role}]` is not supported in a model with families of \
+        coordinates; {instead}, or write a model of fixed size";
 
     // Names.
     unknown_name(name, hint) "`{name}` is not known here; {hint}";

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 const FOLDERS: &[(&str, &str)] = &[
     ("The struct.", "structs"),
     ("The impl block and its roles.", "roles"),
+    ("Families.", "families"),
     ("Names.", "names"),
     ("Shapes.", "shapes"),
     ("Numbers.", "numbers"),
@@ -22,6 +23,7 @@ const FOLDERS: &[(&str, &str)] = &[
 
 /// Entries that no model can bring about, with the reason.
 const WITHOUT_CASE: &[(&str, &str)] = &[
+    ("elements_differ", "the loops equal the unrolled model; this is for a mistake of the library's own"),
     ("finding", "the engine's findings are all worded; this is for those that it may learn"),
     ("not_followed", "an error is always reported where a value is lost; this is the net below"),
 ];

@@ -32,7 +32,7 @@ macro_rules! folders {
 // In the order in which the macro works: it reads the block, it follows the functions, and it checks the
 // equations. The last two folders hold models with several mistakes, and errors that rustc finds.
 folders! {
-    structs roles
+    structs roles families
     names shapes numbers statements time reactions speeds units
     models constraints
     several rustc

@@ -31,12 +31,15 @@ impl<'a> Elaborator<'a> {
         if let (Some(Expr::Closure(closure)), true) = (e.args.first(), e.method == "map" && e.args.len() == 1)
         {
             match receiver {
-                Value::Range(range) => return self.map_range(range, closure, e.method.span()),
+                Value::Range(range) => return self.map_range(range, closure, Place::of(&e.receiver)),
                 Value::Sequence(items) => return self.map_sequence(&items, closure),
                 _ => {}
             }
         }
-        if e.args.iter().any(|a| matches!(a, Expr::Closure(_))) && !receiver.is_poison() {
+        if e.args.iter().any(|a| matches!(a, Expr::Closure(_))) {
+            if receiver.is_poison() {
+                return Value::Poison;
+            }
             return self.fail(e.method.span(), &messages::closure_method(&e.method));
         }
         let arguments = self.arguments(&e.args);

@@ -154,6 +154,11 @@ impl<'a> Elaborator<'a> {
                     _ => Value::Poison,
                 }
             }
+            (Value::Accumulator(a), Value::Accumulator(b)) => self.select_added(condition, a, b, at),
+            (Value::Index(_), Value::Index(_) | Value::Integer(_)) | (Value::Integer(_), Value::Index(_)) => {
+                self.fail(at, &messages::undecided_integer())
+            }
+            (Value::Total(_), _) | (_, Value::Total(_)) => self.fail(at, &messages::sum_as_value()),
             (a, b) => self.fail(at, &messages::branches_differ(a.shape(), b.shape())),
         }
     }
@@ -335,7 +340,7 @@ impl<'a> Elaborator<'a> {
 }
 
 /// Whether two values are one and the same, so that nothing needs selecting.
-fn same(a: &Value, b: &Value) -> bool {
+pub(super) fn same(a: &Value, b: &Value) -> bool {
     let all = |a: &[Value], b: &[Value]| a.len() == b.len() && a.iter().zip(b).all(|(a, b)| same(a, b));
     match (a, b) {
         (Value::Unset, Value::Unset)
@@ -355,6 +360,12 @@ fn same(a: &Value, b: &Value) -> bool {
         (Value::Record(a), Value::Record(b)) => Rc::ptr_eq(a, b),
         (Value::Axes(a), Value::Axes(b)) => a == b,
         (Value::Function(a), Value::Function(b)) => a == b,
+        (Value::Index(a), Value::Index(b)) => a == b,
+        (Value::Range(a), Value::Range(b)) => a == b,
+        (Value::Family(a), Value::Family(b)) | (Value::Numbered(a), Value::Numbered(b)) => a == b,
+        (Value::Mapped(a), Value::Mapped(b)) => Rc::ptr_eq(a, b),
+        (Value::Total(a), Value::Total(b)) => Rc::ptr_eq(a, b),
+        (Value::Accumulator(a), Value::Accumulator(b)) => Rc::ptr_eq(a, b),
         _ => false,
     }
 }

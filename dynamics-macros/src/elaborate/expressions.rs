@@ -137,6 +137,9 @@ impl<'a> Elaborator<'a> {
             Expr::Match(e) => self.matching(e),
             Expr::ForLoop(e) => self.for_loop(e),
             Expr::Assign(e) => self.assign(&e.left, &e.right),
+            Expr::Return(e) if !self.frame().rounds.is_empty() => {
+                self.fail(e.return_token.span, &messages::round_left("return"))
+            }
             Expr::Return(e) => {
                 let value = e.expr.as_ref().map_or_else(Value::unit, |x| self.expression(x));
                 self.leave(Flow::Return(value), e.return_token.span)
@@ -457,7 +460,11 @@ impl<'a> Elaborator<'a> {
                 _ => None,
             },
             other => {
-                self.diagnostics.error(place, &messages::expected_shape("a scalar", other.shape()));
+                let message = match other {
+                    Value::Total(_) => messages::sum_as_value(),
+                    other => messages::expected_shape("a scalar", other.shape()),
+                };
+                self.diagnostics.error(place, &message);
                 None
             }
         }

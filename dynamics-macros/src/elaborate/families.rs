@@ -13,15 +13,17 @@ use std::rc::Rc;
 use dynamics_symbolic::families::{
     Anchor, FamilyModel, Field, Local, NodeIndex, Range, Source, Term, TermKind,
 };
-use dynamics_symbolic::graph::Symbol;
+use dynamics_symbolic::graph::{Number, Symbol};
 use proc_macro2::Span;
 use syn::{BinOp, Expr, ExprClosure, ExprForLoop, Ident};
 
 use super::Elaborator;
 use super::calls::Argument;
+use super::control::same;
 use super::declare::SymbolKind;
 use super::integer_types::TypeOf;
 use super::operators::Operator;
+use super::scope::Flow;
 use super::values::{Condition, Scalar, UnitOf, Value};
 use crate::diagnostics::Place;
 use crate::messages;
@@ -121,7 +123,14 @@ impl<'a> Elaborator<'a> {
             {
                 Value::Index(moved(index, k))
             }
-            (Sub, index, NodeIndex::Fixed(Anchor::Start(k))) if small(k) => Value::Index(moved(index, -k)),
+            (Sub, index, NodeIndex::Fixed(Anchor::Start(k))) if small(k) => {
+                let index = moved(index, -k);
+                if let NodeIndex::Fixed(Anchor::End { count, plus }) = index {
+                    // As in Rust, where a `usize` below 0 is a panic.
+                    self.at_least(count, -plus);
+                }
+                Value::Index(index)
+            }
             (Sub, NodeIndex::Round(a), NodeIndex::Round(b)) => self.small_integer(a - b),
             (
                 Sub,
@@ -259,7 +268,7 @@ impl<'a> Elaborator<'a> {
         };
         let unit = self.dimensionless();
         let base = self.source(source, name, unit, String::new(), Place::from(Span::call_site()));
-        let plus = self.number(dynamics_symbolic::graph::Number::integer(plus));
+        let plus = self.number(Number::integer(plus));
         self.sum(Operator::Add, &base, &plus, Span::call_site()).into()
     }
 
@@ -328,8 +337,8 @@ impl<'a> Elaborator<'a> {
             (NodeIndex::Round(_), None) => return Value::Poison,
         };
         if self.anchor_at_most(Anchor::Start(0), first) != Some(true) {
-            let index = index.text(&self.families.found.counts);
-            return self.fail(Place::of(at), &messages::index_below(name, index));
+            let text = index.text(&self.families.found.counts);
+            return self.fail(Place::of(at), &messages::index_below(name, text, self.rounds_text(index)));
         }
         let read = (parameter as u32, end);
         if !self.families.found.reads.contains(&read) {
@@ -354,22 +363,26 @@ impl<'a> Elaborator<'a> {
         };
         let counts = &self.families.found.counts;
         let (length_text, index_text) = (length.text(counts), index.text(counts));
-        let rounds = match (index, self.families.range) {
-            (NodeIndex::Round(_), Some(range)) => {
-                format!(" for {} <= i < {}", range.start.text(counts), range.end.text(counts))
-            }
-            _ => String::new(),
-        };
+        let rounds = self.rounds_text(index);
         let message = match reach {
             Reach::Inside => return true,
-            Reach::Below => messages::index_below(name, format!("{index_text}{rounds}")),
-            Reach::Above => messages::index_above(name, format!("{index_text}{rounds}"), length_text),
-            Reach::Unknown => {
-                messages::index_of_other_count(name, format!("{index_text}{rounds}"), length_text)
-            }
+            Reach::Below => messages::index_below(name, index_text, rounds),
+            Reach::Above => messages::index_above(name, index_text, rounds, length_text),
+            Reach::Unknown => messages::index_of_other_count(name, index_text, rounds, length_text),
         };
         self.fail(Place::of(at), &message);
         false
+    }
+
+    /// Which rounds an index is about: ` with i from 0 to nodes - 1`.
+    fn rounds_text(&self, index: NodeIndex) -> String {
+        let counts = &self.families.found.counts;
+        match (index, self.families.range) {
+            (NodeIndex::Round(_), Some(range)) => {
+                format!(" with i from {} to {}", range.start.text(counts), range.end.shifted(-1).text(counts))
+            }
+            _ => String::new(),
+        }
     }
 
     /// `start..end`, one of which is no number.
@@ -444,8 +457,8 @@ impl<'a> Elaborator<'a> {
     }
 
     /// `range.map(|i| ..)`.
-    pub(super) fn map_range(&mut self, range: Range, closure: &'a ExprClosure, at: Span) -> Value {
-        let made = self.rounds(range, at.into(), &mut |this, index| this.closure(closure, index));
+    pub(super) fn map_range(&mut self, range: Range, closure: &'a ExprClosure, at: Place) -> Value {
+        let made = self.rounds(range, at, &mut |this, index| this.closure(closure, index));
         made.map_or(Value::Poison, |made| Value::Mapped(Rc::new(made)))
     }
 
@@ -459,10 +472,10 @@ impl<'a> Elaborator<'a> {
         self.bind(&closure.inputs[0], argument);
         let value = self.expression(&closure.body);
         self.frame().scopes.pop();
-        if self.frame().flow.take().is_some() && self.families.cut.is_none() {
-            return self.fail(Place::of(closure), &messages::round_left());
+        match self.frame().flow.take() {
+            Some(Flow::Return(value)) => value,
+            _ => value,
         }
-        value
     }
 
     /// `range.map(..).sum()` and `.collect()`.
@@ -485,7 +498,11 @@ impl<'a> Elaborator<'a> {
                     }
                 }
                 if matches!(rest, Value::Unset) {
-                    rest = rounds.first().map_or_else(Value::unit, |(_, value)| self.nothing_like(value));
+                    // A sum of nothing is taken for one of scalars.
+                    rest = match rounds.first() {
+                        Some((_, value)) => self.nothing_like(value),
+                        None => self.number(Number::integer(0)).into(),
+                    };
                 }
                 self.total(rest, rounds)
             }
@@ -560,8 +577,10 @@ impl<'a> Elaborator<'a> {
         let mut assigned = Assigned { names: Vec::new() };
         syn::visit::Visit::visit_block(&mut assigned, &e.body);
         // Whoever reads them in a round, but to add, is told so.
-        let names: Vec<String> =
-            assigned.names.into_iter().filter(|name| self.frame().find(name).is_some()).collect();
+        let mut names = assigned.names;
+        names.sort_unstable();
+        names.dedup();
+        names.retain(|name| self.frame().find(name).is_some());
         let mut before: Vec<(String, Value)> = Vec::new();
         for name in names {
             if let Some(variable) = self.frame().find_mut(&name) {
@@ -571,24 +590,23 @@ impl<'a> Elaborator<'a> {
         }
         let undecided = self.frame().undecided;
         self.frame().loops.push(undecided);
+        let depth = self.frame().loops.len();
+        self.frame().rounds.push(depth);
         let names: Vec<String> = before.iter().map(|(name, _)| name.clone()).collect();
         let made = self.rounds(range, Place::of(&e.expr), &mut |this, index| {
             this.frame().scopes.push(Vec::new());
             this.bind(&e.pat, index);
             this.block(&e.body);
             this.frame().scopes.pop();
-            if let Some(flow) = this.frame().flow.take() {
-                let leaves = !matches!(flow, super::scope::Flow::Continue);
-                if leaves && this.families.cut.is_none() {
-                    return this.fail(Place::of(e), &messages::round_left());
-                }
-            }
+            // `continue`: others are refused where they stand.
+            this.frame().flow = None;
             let added = names.iter().map(|name| {
                 let emptied = Value::Accumulator(Rc::default());
                 this.frame().find_mut(name).map_or(Value::Poison, |v| std::mem::replace(v, emptied))
             });
             Value::tuple(added.collect())
         });
+        self.frame().rounds.pop();
         self.frame().loops.pop();
         for (k, (name, old)) in before.into_iter().enumerate() {
             let value = match &made {
@@ -634,7 +652,7 @@ impl<'a> Elaborator<'a> {
         let name = path.path.get_ident()?.to_string();
         let Some(Value::Accumulator(added)) = self.frame().find(&name).cloned() else { return None };
         if !matches!(op, Operator::Add | Operator::Sub) {
-            return Some(self.fail(at, &messages::round_assigns(name)));
+            return Some(self.misused_sum(path.path.get_ident()?, at));
         }
         let mut added = added.to_vec();
         added.push(Added { op, value: value.clone(), at });
@@ -643,6 +661,45 @@ impl<'a> Elaborator<'a> {
             *variable = if poisoned { Value::Poison } else { Value::Accumulator(Rc::new(added)) };
         }
         Some(Value::unit())
+    }
+
+    /// Reports that a round does something else with a variable than add to it, once for each variable.
+    pub(super) fn misused_sum(&mut self, name: &Ident, at: impl Into<Place>) -> Value {
+        if let Some(variable) = self.frame().find_mut(&name.to_string()) {
+            *variable = Value::Poison;
+        }
+        self.fail(at, &messages::round_assigns(name))
+    }
+
+    /// What two branches of an `if` on the motion add to a variable, as a selection.
+    pub(super) fn select_added(
+        &mut self,
+        condition: &Condition,
+        then: &[Added],
+        otherwise: &[Added],
+        at: Place,
+    ) -> Value {
+        let alike = |(a, b): &(&Added, &Added)| a.op == b.op && same(&a.value, &b.value);
+        let before = then.iter().zip(otherwise).take_while(alike).count();
+        let mut all = then[..before].to_vec();
+        let (then, otherwise) = (&then[before..], &otherwise[before..]);
+        let Some(one) = then.first().or(otherwise.first()) else {
+            return Value::Accumulator(Rc::new(all));
+        };
+        let nothing = self.nothing_like(&one.value);
+        let mut sum = |all: &[Added]| {
+            all.iter().fold(nothing.clone(), |sum, added| {
+                self.arithmetic(added.op, sum, added.value.clone(), added.at)
+            })
+        };
+        let (span, then, otherwise) = (one.at, sum(then), sum(otherwise));
+        match self.select(condition, &then, &otherwise, at) {
+            Value::Poison => Value::Poison,
+            value => {
+                all.push(Added { op: Operator::Add, value, at: span });
+                Value::Accumulator(Rc::new(all))
+            }
+        }
     }
 
     /// Notes for which indices a helper is called.
@@ -701,16 +758,31 @@ struct Assigned {
 
 impl<'ast> syn::visit::Visit<'ast> for Assigned {
     fn visit_expr_binary(&mut self, e: &'ast syn::ExprBinary) {
-        if let (Some(_), Expr::Path(path)) = (super::expressions::compound(&e.op), &*e.left) {
-            self.names.extend(path.path.get_ident().map(ToString::to_string));
+        if super::expressions::compound(&e.op).is_some() {
+            self.names.extend(assigned_variable(&e.left));
         }
         syn::visit::visit_expr_binary(self, e);
     }
     fn visit_expr_assign(&mut self, e: &'ast syn::ExprAssign) {
-        if let Expr::Path(path) = &*e.left {
-            self.names.extend(path.path.get_ident().map(ToString::to_string));
+        match &*e.left {
+            Expr::Tuple(parts) => self.names.extend(parts.elems.iter().filter_map(assigned_variable)),
+            Expr::Array(parts) => self.names.extend(parts.elems.iter().filter_map(assigned_variable)),
+            place => self.names.extend(assigned_variable(place)),
         }
         syn::visit::visit_expr_assign(self, e);
+    }
+}
+
+/// The variable of which a place is a part, or which it is.
+fn assigned_variable(place: &Expr) -> Option<String> {
+    match place {
+        Expr::Path(path) => path.path.get_ident().map(ToString::to_string),
+        Expr::Index(e) => assigned_variable(&e.expr),
+        Expr::Field(e) => assigned_variable(&e.base),
+        Expr::Paren(e) => assigned_variable(&e.expr),
+        Expr::Group(e) => assigned_variable(&e.expr),
+        Expr::Unary(e) => assigned_variable(&e.expr),
+        _ => None,
     }
 }
 

@@ -90,7 +90,7 @@ impl Elaborator<'_> {
         let text = name.to_string();
         match self.frame().find(&text).cloned() {
             Some(Value::Unset) => self.fail(name.span(), &messages::unset_variable(name)),
-            Some(Value::Accumulator(_)) => self.fail(name.span(), &messages::round_assigns(name)),
+            Some(Value::Accumulator(_)) => self.misused_sum(name, name.span()),
             Some(value) => value,
             None if is_mathematical(name) => self.mathematics(name, path),
             None if self.implementation.constants.iter().any(|c| c.name == text) => {

@@ -237,7 +237,12 @@ impl<'a> Elaborator<'a> {
             }
             Role::Output | Role::Drawing | Role::Helper => return,
             Role::Holonomic | Role::Nonholonomic | Role::Kinematic | Role::Event => {
-                let message = messages::role_beside_families(function.role.name());
+                let instead = match function.role {
+                    Role::Event => "make it an `#[output]`",
+                    Role::Kinematic => "use the velocities of coordinates",
+                    _ => "write stiff springs or dampers",
+                };
+                let message = messages::role_beside_families(function.role.name(), instead);
                 return self.diagnostics.error(function.role_place, &message);
             }
         };

@@ -22,6 +22,8 @@ pub(super) enum Flow {
 pub(super) struct Frame {
     /// Index of the function; `None` while a constant is evaluated.
     pub(super) function: Option<usize>,
+    /// For loops over indices: how many loops there are down to them.
+    pub(super) rounds: Vec<usize>,
     /// Index of the constant that is being evaluated.
     pub(super) constant: Option<usize>,
     /// The library type whose function this is.

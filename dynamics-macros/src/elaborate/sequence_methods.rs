@@ -38,6 +38,9 @@ const CLOSURE_METHODS: &[&str] =
 impl<'a> Elaborator<'a> {
     /// `.map(|item| ..)`, item by item.
     pub(super) fn map_sequence(&mut self, items: &[Value], closure: &'a syn::ExprClosure) -> Value {
+        if items.is_empty() {
+            return Value::Mapped(Rc::default());
+        }
         let mut made = Vec::new();
         for item in items {
             made.push(self.closure(closure, item.clone()));

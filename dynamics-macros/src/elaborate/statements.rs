@@ -92,6 +92,9 @@ impl<'a> Elaborator<'a> {
     /// Leaves a loop or a function; only where that is decided now.
     pub(super) fn leave(&mut self, flow: Flow, at: Span) -> Value {
         let frame = self.frame();
+        if matches!(flow, Flow::Break) && frame.rounds.last() == Some(&frame.loops.len()) {
+            return self.fail(at, &messages::round_left("break"));
+        }
         let reachable = match flow {
             Flow::Return(_) => 0,
             Flow::Break | Flow::Continue => frame.loops.last().copied().unwrap_or(0),
@@ -164,7 +167,7 @@ impl<'a> Elaborator<'a> {
             return self.unknown_variable(&name);
         };
         if matches!(old, Value::Accumulator(_)) {
-            return self.fail(Place::of(place), &messages::round_assigns(name));
+            return self.misused_sum(&name, Place::of(place));
         }
         // A variable keeps its type.
         if steps.is_empty() {

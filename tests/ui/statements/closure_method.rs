@@ -16,7 +16,7 @@ impl Oscillator {
 
     #[potential]
     fn potential(&self, q: &Coordinates<Self>) -> Expr {
-        (0..2).map(|i| self.k * q.x * i as f64).sum()
+        (0..2).fold(Expr::ZERO, |sum, i| sum + self.k * q.x * i as f64)
     }
 }
 

@@ -153,10 +153,11 @@ fn ends(surface: &Surface, compiled: &CompiledFamilies) -> TokenStream {
             quote!((self.#name as isize + #plus))
         }
     };
-    let reads = family.reads.iter().map(|(parameter, end)| {
-        let text = &family.numbered[*parameter as usize];
-        let (name, end) = (field(text), anchor(*end));
-        quote!(__loops::check_length(#text, self.#name.len(), #end)?;)
+    // All reads of a parameter at once: an error names the last element that has to be there.
+    let reads = family.numbered.iter().enumerate().map(|(parameter, text)| {
+        let own = family.reads.iter().filter(|(read, _)| *read as usize == parameter);
+        let (name, own) = (field(text), own.map(|(_, end)| anchor(*end)));
+        quote!(__loops::check_length(#text, self.#name.len(), 0isize #(.max(#own))*)?;)
     });
     let lengths = family.fields.iter().map(|field| {
         let length = field.length.map_or_else(|| quote!(1isize), anchor);
