@@ -117,6 +117,8 @@ pub mod prelude {
     pub use dynamics_analysis::{Analyze as _, Vary as _};
     #[cfg(feature = "families")]
     pub use dynamics_families::model::{FamilyModel as _, FamilyState as _};
+    #[cfg(feature = "families")]
+    pub use dynamics_families::{Every, SimulateFamilies as _};
     pub use dynamics_runtime::math::F64Ext as _;
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::mechanism::Mechanism as _;

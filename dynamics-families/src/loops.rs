@@ -7,10 +7,9 @@
 use dynamics_runtime::{Expr, Vec2, Vec3};
 use dynamics_simd::{Lanes, Task, in_widest_lanes};
 
+pub use crate::generated::{BLOCK, Sum, block_sum};
 use crate::model::{FamilyModel, SizeError};
 
-/// Nodes of a block.
-pub const BLOCK: usize = 256;
 /// Rounds of a block: elements reach beyond its nodes, by at most 16 on either side.
 pub const ROUNDS: usize = BLOCK + 32;
 
@@ -20,49 +19,6 @@ pub const FORCES: u8 = 0;
 pub const SCALED: u8 = 1;
 /// Adds h times forces times a scale.
 pub const KICK: u8 = 2;
-
-/// The sum of at most a block of values, in a fixed order: eight partial sums, then these by pairs.
-#[inline(always)]
-#[must_use]
-pub fn block_sum(values: &[f64]) -> f64 {
-    let mut partial = [0.0; 8];
-    let chunks = values.chunks_exact(8);
-    let rest = chunks.remainder();
-    for chunk in chunks {
-        for (sum, value) in partial.iter_mut().zip(chunk) {
-            *sum += value;
-        }
-    }
-    for (sum, value) in partial.iter_mut().zip(rest) {
-        *sum += value;
-    }
-    let [a, b, c, d, e, f, g, h] = partial;
-    ((a + b) + (c + d)) + ((e + f) + (g + h))
-}
-
-/// A sum that keeps what rounding drops (Neumaier 1974).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sum {
-    sum: f64,
-    dropped: f64,
-}
-
-impl Sum {
-    /// Adds a value.
-    #[inline(always)]
-    pub fn add(&mut self, value: f64) {
-        let sum = self.sum + value;
-        self.dropped +=
-            if self.sum.abs() >= value.abs() { (self.sum - sum) + value } else { (value - sum) + self.sum };
-        self.sum = sum;
-    }
-    /// The sum.
-    #[inline(always)]
-    #[must_use]
-    pub fn value(self) -> f64 {
-        self.sum + self.dropped
-    }
-}
 
 /// A pass over the model: generated code, to be compiled for the widest vectors that the processor has.
 pub trait Pass {

@@ -1,6 +1,7 @@
 //! The driver: one line per pass, two error checkpoints.
 
 use dynamics_symbolic::families::{Derived, FamilyModel, Range, Underivable};
+use dynamics_symbolic::graph::NodeId;
 use proc_macro2::{TokenStream, TokenTree};
 use quote::ToTokens;
 
@@ -30,6 +31,8 @@ pub(crate) struct CompiledFamilies {
     pub(crate) implementation: Implementation,
     pub(crate) family: FamilyModel,
     pub(crate) derived: Derived,
+    /// For every field what the rounds give to a node far from all ends.
+    pub(crate) interior: Vec<Option<NodeId>>,
     pub(crate) report: String,
     pub(crate) equations: String,
     /// Names and units of the outputs, and whether they have a value for every index.
@@ -173,6 +176,7 @@ fn families(
             None => places.push((function.name.clone(), range)),
         }
     }
+    let interior = dynamics_symbolic::families::interior_forces(&mut family, &derived.elements);
     let equations = dynamics_symbolic::families::equations(&mut family, &derived);
     let constants = witness.constants;
     Ok(CompiledFamilies {
@@ -180,6 +184,7 @@ fn families(
         implementation,
         family,
         derived,
+        interior,
         report,
         equations,
         outputs,

@@ -19,6 +19,7 @@
 //! | `side_by_side` | many motions at once, each with its own step |
 //! | `compensated_summation`, `differences` | sums without rounding errors; Jacobians by differences |
 //! | `stepper/singularity_crossing` | steps across positions where constraints nearly lose rank |
+//! | `tables` | coefficients as slices, for states whose length is not in their type |
 //! | `controller` | the size of the next step from the error of the last ones |
 //! | `dense` | interpolants by the ends of a step, and their trait |
 //! | `events/` | zero crossings of functions along an interpolant |
@@ -77,6 +78,9 @@ pub(crate) mod side_by_side;
 mod step;
 mod stepper;
 mod system;
+// Public for dynamics-families alone.
+#[doc(hidden)]
+pub mod tables;
 mod taylor;
 
 pub use controller::{Controller, ControllerSettings};

@@ -55,6 +55,9 @@ pub use failure::{
     CrossingSettings, JumpingQuantity, MotionError, OptionError, SimulationErrorKind, SingularPositionCause,
 };
 pub use options::contact::Contact;
+// Public for dynamics-families alone.
+#[doc(hidden)]
+pub use options::defaults::{DEFAULT_MAX_STEPS, DEFAULT_TOLERANCE};
 pub use options::formulation::Formulation;
 pub use pilot_run::FewDigits;
 pub(crate) use right_hand_side::{InputLaw, with_inputs};

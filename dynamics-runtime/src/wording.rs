@@ -20,7 +20,7 @@ impl fmt::Display for Readable {
 }
 
 /// A number with seven digits.
-pub(crate) struct Rounded(pub(crate) f64);
+pub struct Rounded(pub f64);
 
 impl fmt::Display for Rounded {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -29,7 +29,7 @@ impl fmt::Display for Rounded {
 }
 
 /// A number with commas between thousands.
-pub(crate) struct Grouped(pub(crate) u64);
+pub struct Grouped(pub u64);
 
 impl fmt::Display for Grouped {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -59,7 +59,7 @@ impl fmt::Display for Times {
 }
 
 /// A part of a whole in per cent; from ten times the whole on in two digits.
-pub(crate) struct Part(pub(crate) f64);
+pub struct Part(pub f64);
 
 impl fmt::Display for Part {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -4,15 +4,17 @@
 //! its inertia, its stiffness. The graph holds an element's own symbols: `s[i]` and `s[i + 1]` are two
 //! coordinates of it, wherever i is. A back end prints loops over i.
 //!
-//! Flow: `model` ← `derive` ← `verify`, `text`. `verify` compares the elements, put together, with the same
+//! Flow: `model` ← `derive` ← `shift` ← `text`; `derive` ← `verify`. `verify` compares the elements, put together, with the same
 //! model unrolled at small counts, which went through the whole pipeline of ordinary models.
 
 mod derive;
 mod model;
+mod shift;
 mod text;
 mod verify;
 
 pub use derive::{Derived, Element, Underivable, derive};
 pub use model::{Anchor, FamilyModel, Field, Local, NodeIndex, Range, Source, Term, TermKind};
+pub use shift::interior_forces;
 pub use text::{equations, operations, report};
 pub use verify::{Mismatch, verify};

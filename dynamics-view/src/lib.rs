@@ -17,6 +17,7 @@ mod error;
 mod export;
 #[cfg(feature = "std")]
 pub mod file;
+mod heat_map;
 #[cfg(feature = "png")]
 mod png;
 mod point;
@@ -33,5 +34,6 @@ pub use drawing::{Drawing, Figure, Shape};
 pub use error::OutputError;
 #[cfg(feature = "std")]
 pub use file::FileError;
+pub use heat_map::HeatMap;
 pub use point::{Number, Placement, Places, Point};
 pub use suggest::suggest;

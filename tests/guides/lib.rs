@@ -33,6 +33,8 @@ pub struct Accuracy;
 pub struct Bodies;
 #[doc = page!("../../docs/guide/singular-positions.md")]
 pub struct SingularPositions;
+#[doc = page!("../../docs/guide/families.md")]
+pub struct Families;
 #[doc = page!("../../docs/reference/language.md")]
 pub struct Language;
 

@@ -14,6 +14,7 @@ const CRATES: &[&str] = &[
     "dynamics-macros",
     "dynamics-view",
     "dynamics-runtime",
+    "dynamics-families",
     "dynamics-analysis",
 ];
 

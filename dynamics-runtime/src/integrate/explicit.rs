@@ -1,8 +1,8 @@
 //! Explicit Runge–Kutta methods: their tables as data, and one stage loop over them ([`tableau`]).
 
 mod dop853;
-mod dop853_table;
-mod dormand_prince5;
+pub(super) mod dop853_table;
+pub(super) mod dormand_prince5;
 mod rk4;
 pub(crate) mod tableau;
 #[cfg(test)]

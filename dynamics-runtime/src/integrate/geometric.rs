@@ -1,6 +1,6 @@
 //! Methods of fixed step that preserve a structure of the motion: symplectic ones, and one that keeps energy.
 
-mod composition;
+pub(super) mod composition;
 mod energy_midpoint;
 mod fixed_point;
 mod gauss;

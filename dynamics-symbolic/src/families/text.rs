@@ -1,55 +1,49 @@
 //! Equations with ranges of indices, and the report.
 
-use std::collections::BTreeMap;
-
-use crate::calculus::substitute;
-use crate::graph::{Node, NodeId, Number, Symbol};
-use crate::mechanics::{Coordinate, Parameter};
+use crate::graph::{NodeId, Symbol};
 use crate::schedule::{Staging, schedule};
-use crate::text::{Formulas, Plain, Target};
+use crate::text::statements;
 
 use super::derive::{Derived, Element};
-use super::model::{Anchor, FamilyModel, Local, NodeIndex, Range, Source};
+use super::model::{Anchor, FamilyModel, NodeIndex, Range, Source};
+use super::shift::shifted;
 
 /// Columns of a line of the report, and of its headings.
 const WIDTH: usize = 96;
 const HEADING_WIDTH: usize = 20;
 
-/// The equations of motion: for every field a row for each range of nodes that have the same one. May add
-/// nodes to the graph.
+/// The equations of motion: for every field a row for each range of nodes that have the same one. A row of an
+/// ordinary coordinate is followed by what every round adds to it. May add nodes to the graph.
 #[must_use]
 pub fn equations(family: &mut FamilyModel, derived: &Derived) -> String {
     let mut out = format!("{}: equations of motion\n\n", family.model.name);
     let mut rows = Vec::new();
+    let counts = family.counts.clone();
+    let rounds =
+        |range: Range| format!("for {} <= i < {}", range.start.text(&counts), range.end.text(&counts));
     for field in 0..family.fields.len() {
         let Some(ranges) = ranges(family, derived, field as u32) else {
             out.push_str("several counts order the nodes: the equations are not written row by row\n");
             return out;
         };
         for range in ranges {
-            rows.push((range, row(family, derived, field as u32, range)));
+            let (left, right) = row(family, derived, field as u32, range, None);
+            let appended = match range.filter(|range| single(*range).is_none()) {
+                Some(range) => format!("    {}", rounds(range)),
+                None => String::new(),
+            };
+            rows.push((left, right, appended));
+            for element in derived.elements.iter().filter(|_| range.is_none()) {
+                let Some(of) = element.range else { continue };
+                let (left, right) = row(family, derived, field as u32, range, Some(of));
+                let g = &family.model.graph;
+                if !g.is_zero(left) || !g.is_zero(right) {
+                    rows.push((left, right, format!("    added {}", rounds(of))));
+                }
+            }
         }
     }
-    let roots: Vec<NodeId> = rows.iter().flat_map(|(_, (left, right))| [*left, *right]).collect();
-    let formulas = Formulas::new(&family.model, &roots);
-    let plain = Plain::READABLE;
-    for (range, (left, right)) in rows {
-        let text = |node| formulas.text(&plain, &family.model, node);
-        out.push_str(&plain.assign(&text(left), &text(right)));
-        if let Some(range) = range.filter(|range| single(*range).is_none()) {
-            let (start, end) = (range.start.text(&family.counts), range.end.text(&family.counts));
-            out.push_str(&format!("    for {start} <= i < {end}"));
-        }
-        out.push('\n');
-    }
-    if formulas.definitions() > 0 {
-        out.push_str("\nwith\n\n");
-    }
-    for k in 0..formulas.definitions() {
-        let (name, value) = formulas.definition(&plain, &family.model, k);
-        out.push_str(&plain.assign(&name, &value));
-        out.push('\n');
-    }
+    out.push_str(&statements(&mut family.model, &rows));
     out
 }
 
@@ -90,14 +84,22 @@ fn ranges(family: &FamilyModel, derived: &Derived, field: u32) -> Option<Vec<Opt
     Some(cuts.windows(2).map(|pair| Some(Range { start: pair[0], end: pair[1] })).collect())
 }
 
-/// M q̈ and Q of the nodes of a range.
-fn row(family: &mut FamilyModel, derived: &Derived, field: u32, range: Option<Range>) -> (NodeId, NodeId) {
+/// M q̈ and Q of the nodes of a range; of an ordinary coordinate what the rounds of one range, or what no
+/// rounds add.
+fn row(
+    family: &mut FamilyModel,
+    derived: &Derived,
+    field: u32,
+    range: Option<Range>,
+    rounds: Option<Range>,
+) -> (NodeId, NodeId) {
     let node = match range {
         None => NodeIndex::Fixed(Anchor::Start(0)),
         Some(range) => single(range).map_or(NodeIndex::Round(0), NodeIndex::Fixed),
     };
     let (mut left, mut right) = (family.model.graph.zero(), family.model.graph.zero());
-    for element in &derived.elements {
+    let elements = derived.elements.iter().filter(|e| range.is_some() || e.range == rounds);
+    for element in elements {
         for (a, q) in &element.forces {
             if let Some(shift) = covers(family, element, *a, field, range) {
                 let q = shifted(family, *q, shift, node);
@@ -117,8 +119,7 @@ fn row(family: &mut FamilyModel, derived: &Derived, field: u32, range: Option<Ra
 }
 
 /// By how much the node of a range is further than the round that reaches it by local `a`; `None` where no
-/// round does. For an ordinary coordinate that every round reaches there is no such round: its row shows one
-/// term of the sum.
+/// round does. An ordinary coordinate, which has no range, is reached by every round.
 fn covers(
     family: &FamilyModel,
     element: &Element,
@@ -139,90 +140,6 @@ fn covers(
         }
         _ => None,
     }
-}
-
-/// A node of an element in the round that is `shift` before `node`.
-fn shifted(family: &mut FamilyModel, id: NodeId, shift: i64, node: NodeIndex) -> NodeId {
-    let moved = |index: NodeIndex| match (index, node) {
-        (NodeIndex::Round(k), NodeIndex::Round(_)) => NodeIndex::Round(k - shift),
-        (NodeIndex::Round(k), NodeIndex::Fixed(at)) => NodeIndex::Fixed(at.shifted(k - shift)),
-        (fixed, _) => fixed,
-    };
-    let mut symbols: Vec<Symbol> = Vec::new();
-    for id in family.model.graph.cone(&[id]) {
-        if let Node::Symbol(symbol) = family.model.graph.node(id) {
-            symbols.push(symbol);
-        }
-    }
-    let mut new: BTreeMap<Symbol, NodeId> = BTreeMap::new();
-    for symbol in symbols {
-        let value = match symbol {
-            Symbol::Coordinate(l) | Symbol::Rate(l) | Symbol::Acceleration(l) => {
-                let Local { field, index } = family.locals[l as usize];
-                let to = local(family, Local { field, index: moved(index) });
-                family.model.graph.symbol(match symbol {
-                    Symbol::Coordinate(_) => Symbol::Coordinate(to),
-                    Symbol::Rate(_) => Symbol::Rate(to),
-                    _ => Symbol::Acceleration(to),
-                })
-            }
-            Symbol::Parameter(p) => match family.sources[p as usize] {
-                Source::Numbered { parameter, index } => {
-                    let to = source(family, Source::Numbered { parameter, index: moved(index) });
-                    family.model.graph.symbol(Symbol::Parameter(to))
-                }
-                Source::Round => {
-                    let (base, plus) = match moved(NodeIndex::Round(0)) {
-                        NodeIndex::Round(k) => (Some(family.model.graph.symbol(symbol)), k),
-                        NodeIndex::Fixed(Anchor::Start(k)) => (None, k),
-                        NodeIndex::Fixed(Anchor::End { count, plus }) => {
-                            let to = source(family, Source::Count(count));
-                            (Some(family.model.graph.symbol(Symbol::Parameter(to))), plus)
-                        }
-                    };
-                    let plus = family.model.graph.number(Number::integer(plus));
-                    base.map_or(plus, |base| family.model.graph.add(base, plus))
-                }
-                Source::Scalar(_) | Source::Count(_) => continue,
-            },
-            _ => continue,
-        };
-        new.insert(symbol, value);
-    }
-    let replaced = substitute(&mut family.model.graph, &[id], &mut |_, symbol| new.get(&symbol).copied());
-    replaced.map_or(id, |all| all[0])
-}
-
-/// The number of a local, which may be new.
-fn local(family: &mut FamilyModel, wanted: Local) -> u32 {
-    if let Some(known) = family.locals.iter().position(|local| *local == wanted) {
-        return known as u32;
-    }
-    let field = &family.fields[wanted.field as usize];
-    let name = format!("{}[{}]", field.name, wanted.index.text(&family.counts));
-    let origin = family.model.coordinates.first().map(|c| c.origin).unwrap_or_default();
-    family.model.coordinates.push(Coordinate { name, unit: field.unit.clone(), origin });
-    family.locals.push(wanted);
-    family.locals.len() as u32 - 1
-}
-
-/// The number of a parameter, which may be new.
-fn source(family: &mut FamilyModel, wanted: Source) -> u32 {
-    if let Some(known) = family.sources.iter().position(|source| *source == wanted) {
-        return known as u32;
-    }
-    let name = match wanted {
-        Source::Count(c) => family.counts[c as usize].clone(),
-        Source::Round => "i".to_owned(),
-        Source::Numbered { parameter, index } => {
-            format!("{}[{}]", family.numbered[parameter as usize], index.text(&family.counts))
-        }
-        Source::Scalar(k) => family.model.parameters[k as usize].name.clone(),
-    };
-    let origin = family.model.coordinates.first().map(|c| c.origin).unwrap_or_default();
-    family.model.parameters.push(Parameter { name, unit: String::new(), origin });
-    family.sources.push(wanted);
-    family.sources.len() as u32 - 1
 }
 
 /// The report on a model with families; `conserved` are the names of what the unrolled model conserves.

@@ -18,6 +18,8 @@ const MOST_TERMS_IN_ROWS: usize = 80;
 /// Most terms of an element of M or Q that is expanded. A longer one is shorter as a formula with
 /// definitions.
 const MOST_TERMS_OF_ELEMENT: usize = 20;
+/// The same of a side of a row that stands for many nodes.
+const MOST_TERMS_OF_ROW: usize = 6;
 /// Longest text in bytes. Equations beyond it are left to the listing.
 const LONGEST_TEXT: usize = 24_000;
 /// Columns of a line.
@@ -28,6 +30,40 @@ const WIDTH: usize = 100;
 pub fn equations(model: &mut Model, equations: &Equations) -> (String, String) {
     let page = Page::new(model, equations);
     (page.plain(model), page.latex(model))
+}
+
+/// Pairs of nodes as texts `left = right` with what is appended to each, like terms collected, and the
+/// definitions that they use; wrapped. May add nodes to the graph.
+#[must_use]
+pub fn statements(model: &mut Model, rows: &[(NodeId, NodeId, String)]) -> String {
+    let nodes: Vec<NodeId> = rows.iter().flat_map(|(left, right, _)| [*left, *right]).collect();
+    let mut expanded = expand(model, &nodes);
+    expanded.iter_mut().for_each(|x| *x = x.take().filter(|x| x.len() <= MOST_TERMS_OF_ROW));
+    let wanted =
+        |(id, x): (&NodeId, &Option<Expanded>)| x.as_ref().map_or(vec![*id], |x| x.atoms().collect());
+    let roots: Vec<NodeId> = nodes.iter().zip(&expanded).flat_map(wanted).collect();
+    let formulas = Formulas::new(model, &roots);
+    let target = Plain::READABLE;
+    let text = |k: usize| {
+        let formula = match &expanded[k] {
+            Some(x) => x.formula(&model.graph, &formulas),
+            None => formulas.formula(nodes[k]),
+        };
+        formulas.write(&target, model, &formula)
+    };
+    let mut out = String::new();
+    for (k, (.., appended)) in rows.iter().enumerate() {
+        let line = target.assign(&text(2 * k), &text(2 * k + 1));
+        out.push_str(&wrap(&format!("{line}{appended}")));
+    }
+    if formulas.definitions() > 0 {
+        out.push_str("\nwith\n\n");
+    }
+    for k in 0..formulas.definitions() {
+        let (name, value) = formulas.definition(&target, model, k);
+        out.push_str(&wrap(&target.assign(&name, &value)));
+    }
+    out
 }
 
 /// One statement: left = right.

@@ -3,7 +3,9 @@
 //! Forces go block by block of nodes. For every block the rounds that reach it are made: the forces of an
 //! element go into a buffer each, which stays in the first-level cache, and are then gathered at the nodes.
 //! Both loops run over exact slices and vectorise; a loop that scatters does not. Forces that are opposite
-//! share a buffer. What an element gives to a node that is the same in every round is a sum over its rounds;
+//! share a buffer. A block that all rounds cover, which all are but those at the ends, needs no sums in
+//! memory: its nodes gather and are written in one loop. Where elements are cheap, such a block needs no
+//! buffers either: every node makes its elements again. What an element gives to a node that is the same in every round is a sum over its rounds;
 //! every round is counted in the block that holds its index. What has no rounds is added at the end.
 
 use std::collections::BTreeMap;
@@ -24,7 +26,12 @@ pub(super) struct Loops<'a> {
     surface: &'a Surface,
     family: &'a FamilyModel,
     elements: &'a [Element],
+    interior: &'a [Option<NodeId>],
 }
+
+/// Most operations of the forces of a node far from all ends, for each force that is gathered there, up to
+/// which they are made anew at every node.
+const MOST_CHEAP: usize = 8;
 
 /// Where a round finds what it reads.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -40,7 +47,12 @@ pub(super) type EntriesOf = dyn Fn(&Element) -> &Vec<(usize, usize, NodeId)>;
 
 impl<'a> Loops<'a> {
     pub(super) fn new(surface: &'a Surface, compiled: &'a CompiledFamilies) -> Self {
-        Self { surface, family: &compiled.family, elements: &compiled.derived.elements }
+        Self {
+            surface,
+            family: &compiled.family,
+            elements: &compiled.derived.elements,
+            interior: &compiled.interior,
+        }
     }
 
     fn counts(&self) -> impl Iterator<Item = (String, syn::Ident)> {
@@ -187,55 +199,86 @@ impl<'a> Loops<'a> {
         (before, statements, values)
     }
 
+    /// Elements with rounds that give forces, with their numbers.
+    fn with_rounds(&self) -> impl Iterator<Item = (usize, &Element, Range)> {
+        let all = self.elements.iter().enumerate();
+        all.filter(|(_, e)| !e.forces.is_empty()).filter_map(|(k, e)| e.range.map(|range| (k, e, range)))
+    }
+
+    /// Fields that are families.
+    fn families(&self) -> impl Iterator<Item = usize> {
+        (0..self.family.fields.len()).filter(|k| self.family.fields[*k].length.is_some())
+    }
+
+    /// What the rounds of elements give to the nodes of a field: element, offset, buffer, whether it is the
+    /// opposite.
+    fn gathered(&self, field: usize) -> Vec<(usize, i64, usize, bool)> {
+        let mut all = Vec::new();
+        for (e, element, _) in self.with_rounds() {
+            let (_, used) = self.buffers(element);
+            for ((a, _), (buffer, opposite)) in element.forces.iter().zip(used) {
+                let local = self.family.locals[*a];
+                if let (true, NodeIndex::Round(k)) = (local.field as usize == field, local.index) {
+                    all.push((e, k, buffer, opposite));
+                }
+            }
+        }
+        all
+    }
+
+    /// Whether nodes make the forces of their elements anew: where that is cheap, and nothing else is made
+    /// of the rounds.
+    fn is_cheap(&self) -> bool {
+        let fixed = |(a, _): &(usize, NodeId)| matches!(self.family.locals[*a].index, NodeIndex::Fixed(_));
+        let roots: Vec<NodeId> = self.interior.iter().flatten().copied().collect();
+        let cost = schedule(&self.family.model.graph, "node", &roots, Staging::Hoisted).cost;
+        let gathered: usize = self.families().map(|field| self.gathered(field).len()).sum();
+        cost.roots + cost.divisions + cost.sin_cos + cost.functions == 0
+            && cost.total() <= MOST_CHEAP * gathered
+            && !self.with_rounds().flat_map(|(_, element, _)| &element.forces).any(fixed)
+    }
+
     /// `__Forces`, a pass that writes Q, Q times a scale, or adds it to velocities.
     pub(super) fn forces(&self) -> TokenStream {
         let (model, private) = (&self.surface.target, self.surface.private());
         let f64 = quote!(#private::f64);
         let sizes = self.sizes();
-        let families: Vec<usize> =
-            (0..self.family.fields.len()).filter(|k| self.family.fields[*k].length.is_some()).collect();
-        let sums: Vec<_> = families.iter().map(|k| function(&format!("__f{k}"))).collect();
-        let buffers: usize =
-            self.elements.iter().map(|element| self.buffers(element).0.len()).max().unwrap_or(0);
-        let rooms: Vec<_> = (0..buffers).map(|k| function(&format!("__g{k}"))).collect();
         let mut tops: Vec<TokenStream> =
-            families.iter().map(|k| function(&format!("__l{k}"))).map(|l| quote!(#l)).collect();
-        let (mut rounds, mut whole, mut once) = (TokenStream::new(), TokenStream::new(), TokenStream::new());
-        let mut reductions = TokenStream::new();
-        for (e, element) in self.elements.iter().enumerate().filter(|(_, e)| !e.forces.is_empty()) {
-            match element.range {
-                Some(range) => {
-                    tops.push(self.anchor(range.end));
-                    rounds.extend(self.rounds(e, element, range, &mut reductions, &mut whole));
-                }
-                None => once.extend(self.once(element)),
-            }
+            self.families().map(|k| function(&format!("__l{k}"))).map(|l| quote!(#l)).collect();
+        tops.extend(self.with_rounds().map(|(.., range)| self.anchor(range.end)));
+        let (mut reductions, mut whole, mut rooms) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut rounds, mut bounds) = (Vec::new(), Vec::new());
+        for (e, element, range) in self.with_rounds() {
+            let (lo, hi) = (function(&format!("__lo{e}")), function(&format!("__hi{e}")));
+            // A round is made for the block that holds its index, too.
+            let (below, above) = element.reach(self.family).unwrap_or((0, 0));
+            let (below, above) = (below.min(0) as isize, above.max(0) as isize);
+            let (start, end) = (self.anchor(range.start), self.anchor(range.end));
+            bounds.push(quote! {
+                let #lo = (__from - #above).max(#start);
+                let #hi = (__to - #below).min(#end);
+            });
+            let buffers = self.buffers(element).0.len();
+            rooms.extend((0..buffers).map(|k| function(&format!("__g{e}_{k}"))));
+            rounds.push(self.rounds(e, element, &mut reductions, &mut whole));
         }
-        let ordinary = (0..self.family.fields.len()).filter(|k| !families.contains(k)).map(|k| {
+        let once = self.elements.iter().filter(|element| element.range.is_none());
+        let once: Vec<TokenStream> = once.map(|element| self.once(element)).collect();
+        let ordinary = (0..self.family.fields.len()).filter(|k| self.family.fields[*k].length.is_none());
+        let ordinary = ordinary.map(|k| {
             let offset = function(&format!("__o{k}"));
             quote!(if MODE != __loops::KICK { __out[#offset as usize] = 0.0; })
         });
-        let written = families.iter().map(|k| {
-            let (l, o, f) =
-                (function(&format!("__l{k}")), function(&format!("__o{k}")), function(&format!("__f{k}")));
-            quote! {
-                let __end = __to.min(#l);
-                if __from < __end {
-                    let (__m, __at) = ((__end - __from) as usize, (#o + __from) as usize);
-                    let (__y, __f) = (&mut __out[__at..][..__m], &#f[..__m]);
-                    if MODE == __loops::FORCES {
-                        __y.copy_from_slice(__f);
-                    } else {
-                        let __s = &__scale[__at..][..__m];
-                        if MODE == __loops::SCALED {
-                            for __j in 0..__m { __y[__j] = __f[__j] * __s[__j]; }
-                        } else {
-                            for __j in 0..__m { __y[__j] += __h * (__f[__j] * __s[__j]); }
-                        }
-                    }
-                }
-            }
-        });
+        let covered = self.covered();
+        let inside = quote!(__first_inside <= __from && __to <= __end_inside);
+        let at_ends: Vec<TokenStream> = self.families().map(|field| self.written_at_ends(field)).collect();
+        let block = if self.is_cheap() {
+            let nodes = self.written_by_nodes();
+            quote!(if #inside { #nodes } else { #(#rounds)* #(#at_ends)* })
+        } else {
+            let written = self.families().map(|field| self.written_inside(field));
+            quote!(#(#rounds)* if #inside { #(#written)* } else { #(#at_ends)* })
+        };
         quote! {
             struct __Forces<'a, const MODE: #private::u8> {
                 model: &'a #model, t: #f64, q: &'a [#f64], u: &'a [#f64], w: &'a [#f64],
@@ -250,21 +293,143 @@ impl<'a> Loops<'a> {
                     } = self;
                     #sizes
                     #(#ordinary)*
-                    #reductions
+                    #(#reductions)*
                     let mut __top = 0isize;
                     #(__top = __top.max(#tops);)*
                     #(let mut #rooms = [0.0; __loops::ROUNDS];)*
+                    #covered
                     let mut __from = 0isize;
                     while __from < __top {
-                        let __to = (__from + __loops::BLOCK as isize).min(__top);
-                        #(let mut #sums = [0.0; __loops::BLOCK];)*
-                        #rounds
-                        #(#written)*
+                        let mut __to = (__from + __loops::BLOCK as isize).min(__top);
+                        // Blocks inside hold no node of an end.
+                        if __from < __first_inside {
+                            __to = __to.min(__first_inside);
+                        } else if __from < __end_inside {
+                            __to = __to.min(__end_inside);
+                        }
+                        #(#bounds)*
+                        #block
                         __from = __to;
                     }
-                    #whole
-                    #once
+                    #(#whole)*
+                    #(#once)*
                 }
+            }
+        }
+    }
+
+    /// The nodes that all fields have, and that are reached by all rounds that reach such nodes.
+    fn covered(&self) -> TokenStream {
+        let (mut firsts, mut ends) = (Vec::new(), Vec::new());
+        for field in self.families() {
+            let length = function(&format!("__l{field}"));
+            ends.push(quote!(#length));
+            for (e, k, ..) in self.gathered(field) {
+                let Some(range) = self.elements[e].range else { continue };
+                firsts.push(self.anchor(range.start.shifted(k)));
+                ends.push(self.anchor(range.end.shifted(k)));
+            }
+        }
+        quote! {
+            let (mut __first_inside, mut __end_inside) = (0isize, __top);
+            #(__first_inside = __first_inside.max(#firsts);)*
+            #(__end_inside = __end_inside.min(#ends);)*
+        }
+    }
+
+    /// Writes the values of nodes `__j`, with what stands before the loop.
+    fn written(
+        &self,
+        fields: &[usize],
+        before: &TokenStream,
+        statements: &TokenStream,
+        values: &[TokenStream],
+    ) -> TokenStream {
+        let outs: Vec<_> = fields.iter().map(|k| function(&format!("__y{k}"))).collect();
+        let scales: Vec<_> = fields.iter().map(|k| function(&format!("__s{k}"))).collect();
+        let places: Vec<_> = fields.iter().map(|k| function(&format!("__o{k}"))).collect();
+        // Fields follow one another in memory.
+        let mut taken = quote!(0usize);
+        let mut slices = TokenStream::new();
+        for (out, place) in outs.iter().zip(&places) {
+            slices.extend(quote! {
+                let (_, __rest) = __rest.split_at_mut((#place + __from) as usize - __taken);
+                let (#out, __rest) = __rest.split_at_mut(__m);
+                let __taken = (#place + __from) as usize + __m;
+            });
+        }
+        taken = quote!(let (__rest, __taken) = (&mut *__out, #taken););
+        quote! {
+            let __m = (__to - __from) as usize;
+            #before
+            #taken
+            #slices
+            if MODE == __loops::FORCES {
+                for __j in 0..__m { #statements #(#outs[__j] = #values;)* }
+            } else {
+                #(let #scales = &__scale[(#places + __from) as usize..][..__m];)*
+                if MODE == __loops::SCALED {
+                    for __j in 0..__m { #statements #(#outs[__j] = #values * #scales[__j];)* }
+                } else {
+                    for __j in 0..__m { #statements #(#outs[__j] += __h * (#values * #scales[__j]);)* }
+                }
+            }
+        }
+    }
+
+    /// A block inside, from buffers.
+    fn written_inside(&self, field: usize) -> TokenStream {
+        let (mut before, mut value) = (TokenStream::new(), quote!());
+        for (s, (e, k, buffer, opposite)) in self.gathered(field).into_iter().enumerate() {
+            let (lo, room) = (function(&format!("__lo{e}")), function(&format!("__g{e}_{buffer}")));
+            let (name, k) = (function(&format!("__h{s}")), k as isize);
+            before.extend(quote!(let #name = &#room[(__from - #k - #lo) as usize..][..__m];));
+            value = match (s, opposite) {
+                (0, false) => quote!(#name[__j]),
+                (0, true) => quote!(-#name[__j]),
+                (_, false) => quote!(#value + #name[__j]),
+                (_, true) => quote!(#value - #name[__j]),
+            };
+        }
+        let value = if value.is_empty() { quote!(0.0) } else { quote!((#value)) };
+        let written = self.written(&[field], &before, &TokenStream::new(), &[value]);
+        quote!({ #written })
+    }
+
+    /// A block inside, all fields at once, every node by itself.
+    fn written_by_nodes(&self) -> TokenStream {
+        let fields: Vec<usize> = self.families().collect();
+        let roots: Vec<NodeId> = self.interior.iter().flatten().copied().collect();
+        let (before, statements, values) = self.round(&roots, Reading::Slices);
+        let values: Vec<TokenStream> = values.iter().map(|value| quote!((#value))).collect();
+        let before = quote!(let __lo = __from; #before);
+        self.written(&fields, &before, &statements, &values)
+    }
+
+    /// A block that some rounds do not cover.
+    fn written_at_ends(&self, field: usize) -> TokenStream {
+        let (length, sum) = (function(&format!("__l{field}")), function(&format!("__f{field}")));
+        let gathered = self.gathered(field).into_iter().map(|(e, k, buffer, opposite)| {
+            let (lo, hi) = (function(&format!("__lo{e}")), function(&format!("__hi{e}")));
+            let (room, k) = (function(&format!("__g{e}_{buffer}")), k as isize);
+            let sign = if opposite { quote!(-=) } else { quote!(+=) };
+            quote! {
+                let (__first, __last) = (__from.max(#lo + #k), __to.min(#hi + #k));
+                if __first < __last {
+                    let __m = (__last - __first) as usize;
+                    let __y = &mut #sum[(__first - __from) as usize..][..__m];
+                    let __g = &#room[(__first - #k - #lo) as usize..][..__m];
+                    for __j in 0..__m { __y[__j] #sign __g[__j]; }
+                }
+            }
+        });
+        let written = self.written(&[field], &TokenStream::new(), &TokenStream::new(), &[quote!(#sum[__j])]);
+        quote! {
+            if __from < #length {
+                let mut #sum = [0.0; __loops::BLOCK];
+                #(#gathered)*
+                let __to = __to.min(#length);
+                #written
             }
         }
     }
@@ -291,70 +456,46 @@ impl<'a> Loops<'a> {
         (buffers, used)
     }
 
-    /// The rounds of an element that reach a block.
+    /// The rounds of an element that reach a block, into buffers.
     fn rounds(
         &self,
         e: usize,
         element: &Element,
-        range: Range,
-        reductions: &mut TokenStream,
-        whole: &mut TokenStream,
+        reductions: &mut Vec<TokenStream>,
+        whole: &mut Vec<TokenStream>,
     ) -> TokenStream {
         let (buffers, used) = self.buffers(element);
-        // A round is made for the block that holds its index, too.
-        let (below, above) = element.reach(self.family).unwrap_or((0, 0));
-        let (below, above) = (below.min(0) as isize, above.max(0) as isize);
-        let (start, end) = (self.anchor(range.start), self.anchor(range.end));
+        let (lo, hi) = (function(&format!("__lo{e}")), function(&format!("__hi{e}")));
         let (before, statements, values) = self.round(&buffers, Reading::Slices);
-        let rooms: Vec<_> = (0..buffers.len()).map(|k| function(&format!("__g{k}"))).collect();
-        let mut gathered = TokenStream::new();
+        let rooms: Vec<_> = (0..buffers.len()).map(|k| function(&format!("__g{e}_{k}"))).collect();
+        let mut sums = TokenStream::new();
         for (s, ((a, _), (buffer, opposite))) in element.forces.iter().zip(used).enumerate() {
             let local = self.family.locals[*a];
-            let room = &rooms[buffer];
-            match local.index {
-                NodeIndex::Round(k) => {
-                    let (k, sum) = (k as isize, function(&format!("__f{}", local.field)));
-                    let sign = if opposite { quote!(-=) } else { quote!(+=) };
-                    gathered.extend(quote! {
-                        let (__first, __last) = (__from.max(__lo + #k), __to.min(__hi + #k));
-                        if __first < __last {
-                            let __m = (__last - __first) as usize;
-                            let __y = &mut #sum[(__first - __from) as usize..][..__m];
-                            let __g = &#room[(__first - #k - __lo) as usize..][..__m];
-                            for __j in 0..__m { __y[__j] #sign __g[__j]; }
-                        }
-                    });
-                }
-                NodeIndex::Fixed(_) => {
-                    let (name, place) = (function(&format!("__s{e}_{s}")), self.place(local));
-                    reductions.extend(quote!(let mut #name = __loops::Sum::default();));
-                    let sign = if opposite { quote!(-) } else { quote!() };
-                    gathered.extend(quote! {
-                        let (__first, __last) = (__from.max(__lo), __to.min(__hi));
-                        if __first < __last {
-                            let __own = &#room[(__first - __lo) as usize..(__last - __lo) as usize];
-                            #name.add(#sign __loops::block_sum(__own));
-                        }
-                    });
-                    let add = self.added(&quote!(#name.value()), &place);
-                    whole.extend(add);
-                }
+            if !matches!(local.index, NodeIndex::Fixed(_)) {
+                continue;
             }
+            let (room, name, place) = (&rooms[buffer], function(&format!("__s{e}_{s}")), self.place(local));
+            reductions.push(quote!(let mut #name = __loops::Sum::default();));
+            let sign = if opposite { quote!(-) } else { quote!() };
+            sums.extend(quote! {
+                let (__first, __last) = (__from.max(#lo), __to.min(#hi));
+                if __first < __last {
+                    let __own = &#room[(__first - #lo) as usize..(__last - #lo) as usize];
+                    #name.add(#sign __loops::block_sum(__own));
+                }
+            });
+            whole.push(self.added(&quote!(#name.total()), &place));
         }
         quote! {
-            let __lo = (__from - #above).max(#start);
-            let __hi = (__to - #below).min(#end);
-            if __lo < __hi {
-                let __m = (__hi - __lo) as usize;
-                {
-                    #before
-                    #(let #rooms = &mut #rooms[..__m];)*
-                    for __j in 0..__m {
-                        #statements
-                        #(#rooms[__j] = #values;)*
-                    }
+            if #lo < #hi {
+                let (__lo, __m) = (#lo, (#hi - #lo) as usize);
+                #before
+                #(let #rooms = &mut #rooms[..__m];)*
+                for __j in 0..__m {
+                    #statements
+                    #(#rooms[__j] = #values;)*
                 }
-                #gathered
+                #sums
             }
         }
     }
@@ -438,7 +579,7 @@ impl<'a> Loops<'a> {
                         (__loops::Sum::default(), __loops::Sum::default());
                     #body
                     #private::families::EnergyParts {
-                        kinetic: __kinetic.value(), potential: __potential.value(),
+                        kinetic: __kinetic.total(), potential: __potential.total(),
                     }
                 }
             }

@@ -6,7 +6,7 @@
 use crate::integrate::explicit::tableau::TableauRow;
 
 /// Nodes.
-pub(super) const C: [f64; 16] = [
+pub(in crate::integrate) const C: [f64; 16] = [
     0.0,
     0.05260015195876773,
     0.0789002279381516,
@@ -25,22 +25,22 @@ pub(super) const C: [f64; 16] = [
     0.7777777777777778,
 ];
 /// Row of stage 1.
-pub(super) const A1: TableauRow<1> = [(0, 0.05260015195876773)];
+pub(in crate::integrate) const A1: TableauRow<1> = [(0, 0.05260015195876773)];
 /// Row of stage 2.
-pub(super) const A2: TableauRow<2> = [(0, 0.0197250569845379), (1, 0.0591751709536137)];
+pub(in crate::integrate) const A2: TableauRow<2> = [(0, 0.0197250569845379), (1, 0.0591751709536137)];
 /// Row of stage 3.
-pub(super) const A3: TableauRow<2> = [(0, 0.02958758547680685), (2, 0.08876275643042054)];
+pub(in crate::integrate) const A3: TableauRow<2> = [(0, 0.02958758547680685), (2, 0.08876275643042054)];
 /// Row of stage 4.
-pub(super) const A4: TableauRow<3> =
+pub(in crate::integrate) const A4: TableauRow<3> =
     [(0, 0.2413651341592667), (2, -0.8845494793282861), (3, 0.924834003261792)];
 /// Row of stage 5.
-pub(super) const A5: TableauRow<3> =
+pub(in crate::integrate) const A5: TableauRow<3> =
     [(0, 0.037037037037037035), (3, 0.17082860872947386), (4, 0.12546768756682242)];
 /// Row of stage 6.
-pub(super) const A6: TableauRow<4> =
+pub(in crate::integrate) const A6: TableauRow<4> =
     [(0, 0.037109375), (3, 0.17025221101954405), (4, 0.06021653898045596), (5, -0.017578125)];
 /// Row of stage 7.
-pub(super) const A7: TableauRow<5> = [
+pub(in crate::integrate) const A7: TableauRow<5> = [
     (0, 0.03709200011850479),
     (3, 0.17038392571223998),
     (4, 0.10726203044637328),
@@ -48,7 +48,7 @@ pub(super) const A7: TableauRow<5> = [
     (6, 0.008273789163814023),
 ];
 /// Row of stage 8.
-pub(super) const A8: TableauRow<6> = [
+pub(in crate::integrate) const A8: TableauRow<6> = [
     (0, 0.6241109587160757),
     (3, -3.3608926294469414),
     (4, -0.868219346841726),
@@ -57,7 +57,7 @@ pub(super) const A8: TableauRow<6> = [
     (7, -43.48988418106996),
 ];
 /// Row of stage 9.
-pub(super) const A9: TableauRow<7> = [
+pub(in crate::integrate) const A9: TableauRow<7> = [
     (0, 0.47766253643826434),
     (3, -2.4881146199716677),
     (4, -0.590290826836843),
@@ -67,7 +67,7 @@ pub(super) const A9: TableauRow<7> = [
     (8, -0.020331201708508627),
 ];
 /// Row of stage 10.
-pub(super) const A10: TableauRow<8> = [
+pub(in crate::integrate) const A10: TableauRow<8> = [
     (0, -0.9371424300859873),
     (3, 5.186372428844064),
     (4, 1.0914373489967295),
@@ -78,7 +78,7 @@ pub(super) const A10: TableauRow<8> = [
     (9, -3.0467644718982196),
 ];
 /// Row of stage 11.
-pub(super) const A11: TableauRow<9> = [
+pub(in crate::integrate) const A11: TableauRow<9> = [
     (0, 2.273310147516538),
     (3, -10.53449546673725),
     (4, -2.0008720582248625),
@@ -90,7 +90,7 @@ pub(super) const A11: TableauRow<9> = [
     (10, 0.6433927460157636),
 ];
 /// Row of stage 13.
-pub(super) const A13: TableauRow<8> = [
+pub(in crate::integrate) const A13: TableauRow<8> = [
     (0, 0.056167502283047954),
     (6, 0.25350021021662483),
     (7, -0.2462390374708025),
@@ -101,7 +101,7 @@ pub(super) const A13: TableauRow<8> = [
     (12, -0.008298),
 ];
 /// Row of stage 14.
-pub(super) const A14: TableauRow<8> = [
+pub(in crate::integrate) const A14: TableauRow<8> = [
     (0, 0.03183464816350214),
     (5, 0.028300909672366776),
     (6, 0.053541988307438566),
@@ -112,7 +112,7 @@ pub(super) const A14: TableauRow<8> = [
     (13, 0.1413124436746325),
 ];
 /// Row of stage 15.
-pub(super) const A15: TableauRow<8> = [
+pub(in crate::integrate) const A15: TableauRow<8> = [
     (0, -0.42889630158379194),
     (5, -4.697621415361164),
     (6, 7.683421196062599),
@@ -123,7 +123,7 @@ pub(super) const A15: TableauRow<8> = [
     (14, -9.15095847217987),
 ];
 /// Weights of the result, order 8.
-pub(super) const B: TableauRow<8> = [
+pub(in crate::integrate) const B: TableauRow<8> = [
     (0, 0.054293734116568765),
     (5, 4.450312892752409),
     (6, 1.8915178993145003),
@@ -134,7 +134,7 @@ pub(super) const B: TableauRow<8> = [
     (11, 0.04471061572777259),
 ];
 /// Error estimate of order 5.
-pub(super) const E5: TableauRow<8> = [
+pub(in crate::integrate) const E5: TableauRow<8> = [
     (0, 0.01312004499419488),
     (5, -1.2251564463762044),
     (6, -0.4957589496572502),
@@ -145,10 +145,10 @@ pub(super) const E5: TableauRow<8> = [
     (11, -0.022355307863886294),
 ];
 /// Weights of the embedded result of order 3.
-pub(super) const B3: TableauRow<3> =
+pub(in crate::integrate) const B3: TableauRow<3> =
     [(0, 0.2440944881889764), (8, 0.7338466882816118), (11, 0.022058823529411766)];
 /// Dense output, coefficient r₅.
-pub(super) const D4: TableauRow<12> = [
+pub(in crate::integrate) const D4: TableauRow<12> = [
     (0, -8.428938276109013),
     (5, 0.5667149535193777),
     (6, -3.0689499459498917),
@@ -163,7 +163,7 @@ pub(super) const D4: TableauRow<12> = [
     (15, -4.436036387594894),
 ];
 /// Dense output, coefficient r₆.
-pub(super) const D5: TableauRow<12> = [
+pub(in crate::integrate) const D5: TableauRow<12> = [
     (0, 10.427508642579134),
     (5, 242.28349177525817),
     (6, 165.20045171727028),
@@ -178,7 +178,7 @@ pub(super) const D5: TableauRow<12> = [
     (15, 35.81684148639408),
 ];
 /// Dense output, coefficient r₇.
-pub(super) const D6: TableauRow<12> = [
+pub(in crate::integrate) const D6: TableauRow<12> = [
     (0, 19.985053242002433),
     (5, -387.0373087493518),
     (6, -189.17813819516758),
@@ -193,7 +193,7 @@ pub(super) const D6: TableauRow<12> = [
     (15, 11.99229113618279),
 ];
 /// Dense output, coefficient r₈.
-pub(super) const D7: TableauRow<12> = [
+pub(in crate::integrate) const D7: TableauRow<12> = [
     (0, -25.69393346270375),
     (5, -154.18974869023643),
     (6, -231.5293791760455),
@@ -208,7 +208,7 @@ pub(super) const D7: TableauRow<12> = [
     (15, -149.72683625798564),
 ];
 /// [`B`] as one weight per stage.
-pub(super) const WEIGHTS: [f64; 12] = {
+pub(in crate::integrate) const WEIGHTS: [f64; 12] = {
     let mut weights = [0.0; 12];
     let mut i = 0;
     while i < B.len() {

@@ -19,13 +19,13 @@ use crate::integrate::phase::scaled;
 use crate::integrate::{ControllerSettings, Method, Nested, Phase, Scheme, StepNode, System, Tolerances};
 use crate::model::Vector;
 
-const C: [f64; 7] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
-const A2: TableauRow<1> = [(0, 0.2)];
-const A3: TableauRow<2> = [(0, 3.0 / 40.0), (1, 9.0 / 40.0)];
-const A4: TableauRow<3> = [(0, 44.0 / 45.0), (1, -56.0 / 15.0), (2, 32.0 / 9.0)];
-const A5: TableauRow<4> =
+pub(in crate::integrate) const C: [f64; 7] = [0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0];
+pub(in crate::integrate) const A2: TableauRow<1> = [(0, 0.2)];
+pub(in crate::integrate) const A3: TableauRow<2> = [(0, 3.0 / 40.0), (1, 9.0 / 40.0)];
+pub(in crate::integrate) const A4: TableauRow<3> = [(0, 44.0 / 45.0), (1, -56.0 / 15.0), (2, 32.0 / 9.0)];
+pub(in crate::integrate) const A5: TableauRow<4> =
     [(0, 19372.0 / 6561.0), (1, -25360.0 / 2187.0), (2, 64448.0 / 6561.0), (3, -212.0 / 729.0)];
-const A6: TableauRow<5> = [
+pub(in crate::integrate) const A6: TableauRow<5> = [
     (0, 9017.0 / 3168.0),
     (1, -355.0 / 33.0),
     (2, 46732.0 / 5247.0),
@@ -33,10 +33,10 @@ const A6: TableauRow<5> = [
     (4, -5103.0 / 18656.0),
 ];
 /// Weights of the 5th-order result; also the row of the seventh stage.
-const B: TableauRow<5> =
+pub(in crate::integrate) const B: TableauRow<5> =
     [(0, 35.0 / 384.0), (2, 500.0 / 1113.0), (3, 125.0 / 192.0), (4, -2187.0 / 6784.0), (5, 11.0 / 84.0)];
 /// B minus the weights of the 4th-order result.
-const E: TableauRow<6> = [
+pub(in crate::integrate) const E: TableauRow<6> = [
     (0, 71.0 / 57600.0),
     (2, -71.0 / 16695.0),
     (3, 71.0 / 1920.0),

@@ -57,7 +57,7 @@ pub type Composition6<V> = Composition<V, 9>;
 pub type Composition8<V> = Composition<V, 17>;
 
 /// The steps of a composition, first half and middle.
-const fn half(steps: usize) -> &'static [f64] {
+pub(in crate::integrate) const fn half(steps: usize) -> &'static [f64] {
     match steps {
         5 => &FOURTH,
         9 => &SIXTH,

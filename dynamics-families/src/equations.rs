@@ -1,0 +1,121 @@
+//! The equations of motion of a run: q̈ = M⁻¹ Q with the inputs of the moment. Evaluations allocate nothing.
+
+use dynamics_runtime::simulate::OptionError;
+
+use crate::failure::FamilyErrorKind;
+use crate::mass::Mass;
+use crate::model::{FamilyModel, FamilyState, View};
+
+/// Input values by time and state, written to a slice. The error is another number of values.
+pub(crate) type Law<'m, S> = Box<dyn Fn(f64, &S, &mut [f64]) -> Result<(), usize> + Send + Sync + 'm>;
+
+/// A model with what a run needs to evaluate it.
+pub(crate) struct Equations<'r, 'm, M: FamilyModel> {
+    pub(crate) model: &'m M,
+    pub(crate) mass: &'r Mass,
+    law: Option<&'r Law<'m, M::State>>,
+    /// The inputs of the last evaluation; those of the start where there is no law.
+    pub(crate) inputs: Vec<f64>,
+    /// What the law is called with.
+    seen: Option<M::State>,
+    memory: Vec<f64>,
+    /// Evaluations of Q.
+    pub(crate) evaluations: u64,
+}
+
+impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
+    pub(crate) fn new(
+        model: &'m M,
+        mass: &'r Mass,
+        law: Option<&'r Law<'m, M::State>>,
+        start: &M::State,
+    ) -> Self {
+        let needs_memory = M::VELOCITY_FORCES || matches!(mass, Mass::Banded(_));
+        let memory = vec![0.0; if needs_memory { 2 * start.q().len() } else { 0 }];
+        let seen = law.is_some().then(|| start.clone());
+        Self { model, mass, law, inputs: start.inputs().to_vec(), seen, memory, evaluations: 0 }
+    }
+
+    /// Sets the inputs for a time and a state.
+    pub(crate) fn set_inputs(&mut self, t: f64, q: &[f64], u: &[f64]) -> Result<(), FamilyErrorKind> {
+        let (Some(law), Some(seen)) = (self.law, self.seen.as_mut()) else { return Ok(()) };
+        let (time, positions, velocities, _) = seen.parts_mut();
+        *time = t;
+        positions.copy_from_slice(q);
+        velocities.copy_from_slice(u);
+        law(t, seen, &mut self.inputs)
+            .map_err(|given| FamilyErrorKind::InputCount { given, needed: M::INPUTS.len() })?;
+        match self.inputs.iter().position(|input| !input.is_finite()) {
+            None => Ok(()),
+            Some(input) => Err(FamilyErrorKind::InputNotFinite { input: M::INPUTS[input].name }),
+        }
+    }
+
+    /// The error for the first input that has no value, if there is one.
+    pub(crate) fn check_inputs(&self) -> Result<(), OptionError> {
+        match self.inputs.iter().position(|input| !input.is_finite()) {
+            Some(input) if self.law.is_none() => {
+                Err(OptionError::InputWithoutValue { input: M::INPUTS[input].name })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// q̈, written to `a`.
+    pub(crate) fn accelerations(
+        &mut self,
+        t: f64,
+        q: &[f64],
+        u: &[f64],
+        a: &mut [f64],
+    ) -> Result<(), FamilyErrorKind> {
+        self.set_inputs(t, q, u)?;
+        self.evaluations += 1;
+        let at = View { t, q, u, inputs: &self.inputs };
+        match self.mass {
+            Mass::Diagonal(inverse) => self.model.scaled_forces(at, inverse, a),
+            Mass::Banded(parts) => {
+                self.model.forces(at, a);
+                parts.1.solve(a, &mut self.memory[..q.len()]);
+            }
+        }
+        Ok(())
+    }
+
+    /// Q, written to `forces`.
+    pub(crate) fn forces(
+        &mut self,
+        t: f64,
+        q: &[f64],
+        u: &[f64],
+        forces: &mut [f64],
+    ) -> Result<(), FamilyErrorKind> {
+        self.set_inputs(t, q, u)?;
+        self.evaluations += 1;
+        self.model.forces(View { t, q, u, inputs: &self.inputs }, forces);
+        Ok(())
+    }
+
+    /// u += h q̈, in one pass where the model can.
+    pub(crate) fn kick(&mut self, t: f64, q: &[f64], h: f64, u: &mut [f64]) -> Result<(), FamilyErrorKind> {
+        if let (Mass::Diagonal(inverse), false) = (self.mass, M::VELOCITY_FORCES) {
+            self.set_inputs(t, q, u)?;
+            self.evaluations += 1;
+            self.model.kick(t, q, &self.inputs, inverse, h, u);
+            return Ok(());
+        }
+        self.set_inputs(t, q, u)?;
+        self.evaluations += 1;
+        let (a, ordered) = self.memory.split_at_mut(q.len());
+        let at = View { t, q, u, inputs: &self.inputs };
+        match self.mass {
+            Mass::Diagonal(inverse) => self.model.scaled_forces(at, inverse, a),
+            Mass::Banded(parts) => {
+                self.model.forces(at, a);
+                parts.1.solve(a, ordered);
+            }
+        }
+        u.iter_mut().zip(&*a).for_each(|(u, a)| *u += h * a);
+        Ok(())
+    }
+}

@@ -1,0 +1,7 @@
+//! Banded matrices with a border: what neighbours that couple to neighbours leave, and a few unknowns that
+//! couple to all.
+
+pub(crate) mod banded;
+pub(crate) mod bordered;
+pub(crate) mod dense;
+pub(crate) mod order;

@@ -1,0 +1,207 @@
+//! The order of unknowns in which a matrix is banded: by node, the fields of a node side by side, and last a
+//! border of unknowns that couple to others far away.
+//!
+//! Nodes of equal number are neighbours. Ordinary coordinates belong to the border: a trolley that moves the
+//! frame of a whole cable. What couples further than [`FAR_NODES`] nodes apart makes one of the two a border
+//! unknown, always the one with the most such couplings: a load at the far end, one node of a ring.
+
+/// Couplings up to this many nodes apart belong to the band: as far as an index may reach.
+const FAR_NODES: usize = 33;
+/// Couplings that are longer than all others and at most so many go to the border.
+const FEW: usize = 16;
+/// Sizes from which such couplings are looked for.
+const LONG: usize = 256;
+/// Most unknowns of a border.
+const MOST_BORDER: usize = 256;
+
+/// Where every unknown is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Layout {
+    /// The place of every unknown; the border has the last ones.
+    pub(crate) place: Vec<usize>,
+    /// The unknown at every place.
+    pub(crate) unknown: Vec<usize>,
+    /// Unknowns in the band.
+    pub(crate) core: usize,
+    /// Half width of the band.
+    pub(crate) half: usize,
+    /// Whether every unknown stands at its own place.
+    pub(crate) in_order: bool,
+}
+
+/// The matrix couples too many distant unknowns for a band with a border.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct NotBanded;
+
+/// Calls back with the row and column of every entry.
+pub(crate) type Pattern<'a> = dyn FnMut(&mut dyn FnMut(usize, usize)) + 'a;
+
+impl Layout {
+    /// For fields that end at `ends` and a matrix with these entries.
+    pub(crate) fn new(ends: &[usize], pattern: &mut Pattern<'_>) -> Result<Self, NotBanded> {
+        let n = ends.last().copied().unwrap_or(0);
+        let order = by_node(ends);
+        let mut place = vec![0; n];
+        order.iter().enumerate().for_each(|(k, &unknown)| place[unknown] = k);
+
+        let limit = (FAR_NODES * ends.len()).min(n);
+        let limit = dominant_width(&place, limit, pattern);
+        let border = border(&place, limit, ends, pattern)?;
+
+        let mut in_border = vec![false; n];
+        border.iter().for_each(|&unknown| in_border[unknown] = true);
+        let mut unknown: Vec<usize> = order.into_iter().filter(|&k| !in_border[k]).collect();
+        let core = unknown.len();
+        unknown.extend(&border);
+        unknown.iter().enumerate().for_each(|(k, &unknown)| place[unknown] = k);
+        let mut half = 0;
+        pattern(&mut |i, j| {
+            if place[i] < core && place[j] < core {
+                half = half.max(place[i].abs_diff(place[j]));
+            }
+        });
+        let in_order = place.iter().enumerate().all(|(k, &place)| k == place);
+        Ok(Self { place, unknown, core, half, in_order })
+    }
+
+    /// How many unknowns the border has.
+    pub(crate) fn border(&self) -> usize {
+        self.unknown.len() - self.core
+    }
+}
+
+/// The unknowns by their number within their field.
+fn by_node(ends: &[usize]) -> Vec<usize> {
+    let begin = |field: usize| if field == 0 { 0 } else { ends[field - 1] };
+    let longest = (0..ends.len()).map(|field| ends[field] - begin(field)).max().unwrap_or(0);
+    let mut order = Vec::with_capacity(ends.last().copied().unwrap_or(0));
+    for node in 0..longest {
+        order.extend(
+            (0..ends.len())
+                .map(|field| begin(field) + node)
+                .zip(ends)
+                .filter_map(|(unknown, &end)| (unknown < end).then_some(unknown)),
+        );
+    }
+    order
+}
+
+/// The width without the few couplings that are longer than all others.
+fn dominant_width(place: &[usize], limit: usize, pattern: &mut Pattern<'_>) -> usize {
+    if place.len() < LONG {
+        return limit;
+    }
+    let mut count = vec![0usize; limit + 1];
+    pattern(&mut |i, j| {
+        let distance = place[i].abs_diff(place[j]);
+        if distance <= limit {
+            count[distance] += 1;
+        }
+    });
+    let mut beyond = 0;
+    let mut width = limit;
+    while width > 1 && beyond + count[width] <= FEW {
+        beyond += count[width];
+        width -= 1;
+    }
+    width
+}
+
+/// Unknowns without which no coupling is longer than `limit`.
+fn border(
+    place: &[usize],
+    limit: usize,
+    ends: &[usize],
+    pattern: &mut Pattern<'_>,
+) -> Result<Vec<usize>, NotBanded> {
+    let mut far = Vec::new();
+    let most = 8 * place.len() + 64;
+    pattern(&mut |i, j| {
+        if place[i].abs_diff(place[j]) > limit && far.len() < most {
+            far.push((i.min(j), i.max(j)));
+        }
+    });
+    if far.len() == most {
+        return Err(NotBanded);
+    }
+    far.sort_unstable();
+    far.dedup();
+    // Ordinary coordinates may couple to every node.
+    let lengths: Vec<usize> =
+        (0..ends.len()).map(|field| ends[field] - if field == 0 { 0 } else { ends[field - 1] }).collect();
+    let has_families = lengths.iter().any(|&length| length > 1);
+    let ordinary = ends.iter().zip(&lengths).filter(|&(_, &length)| has_families && length == 1);
+    let mut border: Vec<usize> = ordinary.map(|(&end, _)| end - 1).collect();
+    far.retain(|(i, j)| !border.contains(i) && !border.contains(j));
+    while !far.is_empty() {
+        if border.len() == MOST_BORDER {
+            return Err(NotBanded);
+        }
+        let mut count = std::collections::BTreeMap::<usize, usize>::new();
+        far.iter().for_each(|&(i, j)| {
+            *count.entry(i).or_default() += 1;
+            *count.entry(j).or_default() += 1;
+        });
+        // Each unknown of the border takes at most as many couplings away as the first.
+        let most = count.values().copied().max().unwrap_or(0);
+        if far.len() > most * (MOST_BORDER - border.len()) {
+            return Err(NotBanded);
+        }
+        let chosen = count
+            .iter()
+            .max_by_key(|&(&unknown, &count)| (count, core::cmp::Reverse(unknown)))
+            .map_or(0, |(&unknown, _)| unknown);
+        border.push(chosen);
+        far.retain(|&(i, j)| i != chosen && j != chosen);
+    }
+    border.sort_unstable();
+    Ok(border)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn layout(ends: &[usize], pairs: &[(usize, usize)]) -> Layout {
+        Layout::new(ends, &mut |visit| pairs.iter().for_each(|&(i, j)| visit(i, j))).expect("banded")
+    }
+
+    #[test]
+    fn fields_of_a_node_are_side_by_side() {
+        // s and w with 4 nodes each; nodes couple to neighbours of both fields.
+        let mut pairs = Vec::new();
+        for i in 0..3 {
+            for (a, b) in [(0, 0), (0, 4), (4, 0), (4, 4)] {
+                pairs.push((i + a, i + 1 + b));
+            }
+        }
+        let layout = layout(&[4, 8], &pairs);
+        assert_eq!(layout.place, [0, 2, 4, 6, 1, 3, 5, 7]);
+        assert_eq!((layout.core, layout.half, layout.border(), layout.in_order), (8, 3, 0, false));
+    }
+
+    #[test]
+    fn what_couples_to_all_and_the_seam_of_a_ring_are_border() {
+        let n = 1000;
+        let ring: Vec<_> = (0..n).map(|i| (i, (i + 1) % n)).collect();
+        let found = layout(&[n], &ring);
+        assert_eq!((found.core, found.half, found.unknown[n - 1]), (n - 1, 1, 0));
+        let mut cart: Vec<_> = (1..n).map(|i| (0, i)).collect();
+        cart.extend((1..n - 1).map(|i| (i, i + 1)));
+        let found = layout(&[1, n], &cart);
+        assert_eq!((found.core, found.half, found.unknown[n - 1]), (n - 1, 1, 0));
+        // A load at the far end: the ordinary coordinate goes, not the node.
+        let mut load: Vec<_> = (1..n - 1).map(|i| (i, i + 1)).collect();
+        load.push((0, n - 1));
+        assert_eq!(layout(&[1, n], &load).unknown[n - 1], 0);
+    }
+
+    #[test]
+    fn grids_are_refused() {
+        let side = 400;
+        let pairs: Vec<_> = (0..side * (side - 1)).map(|i| (i, i + side)).collect();
+        let ends = [side * side];
+        let found = Layout::new(&ends, &mut |visit| pairs.iter().for_each(|&(i, j)| visit(i, j)));
+        assert_eq!(found, Err(NotBanded));
+    }
+}

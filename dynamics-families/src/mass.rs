@@ -1,0 +1,93 @@
+//! The mass matrix of a model: constant, so factored once for each run.
+
+use std::sync::Arc;
+
+use crate::linalg::bordered::{Bordered, Factors, Kind};
+use crate::linalg::order::{Layout, NotBanded};
+use crate::model::{FamilyModel, Length};
+
+/// M, in the form in which it is inverted.
+#[derive(Clone, Debug)]
+pub(crate) enum Mass {
+    /// The inverse of each mass.
+    Diagonal(Vec<f64>),
+    /// L D Lᵀ of the band, and the border.
+    Banded(Box<(Bordered, Factors)>),
+}
+
+/// Why M has no inverse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MassProblem {
+    /// Not positive definite, found at this unknown.
+    NotPositive(usize),
+    /// Couples unknowns that are too far apart.
+    NotBanded,
+}
+
+impl From<NotBanded> for MassProblem {
+    fn from(_: NotBanded) -> Self {
+        Self::NotBanded
+    }
+}
+
+impl Mass {
+    pub(crate) fn new<M: FamilyModel>(model: &M, ends: &[usize]) -> Result<Self, MassProblem> {
+        if M::DIAGONAL {
+            let n = ends.last().copied().unwrap_or(0);
+            let mut masses = vec![0.0; n];
+            model.mass(&mut |i, j, value| {
+                if i == j {
+                    masses[i] += value;
+                }
+            });
+            let positive = |mass: &f64| *mass > 0.0 && mass.is_finite();
+            if let Some(unknown) = masses.iter().position(|mass| !positive(mass)) {
+                return Err(MassProblem::NotPositive(unknown));
+            }
+            masses.iter_mut().for_each(|mass| *mass = 1.0 / *mass);
+            return Ok(Self::Diagonal(masses));
+        }
+        let layout = Layout::new(ends, &mut |visit| model.mass(&mut |i, j, _| visit(i, j)))?;
+        let layout = Arc::new(layout);
+        let mut matrix = Bordered::new(&layout);
+        model.mass(&mut |i, j, value| {
+            matrix.add(i, j, value);
+        });
+        let mut factors = Factors::new(&layout, Kind::Positive);
+        factors.factor(&matrix, Kind::Positive).map_err(MassProblem::NotPositive)?;
+        Ok(Self::Banded(Box::new((matrix, factors))))
+    }
+
+    /// Its structure in words.
+    pub(crate) fn describe(&self) -> String {
+        match self {
+            Self::Diagonal(_) => String::from("diagonal"),
+            Self::Banded(parts) => {
+                let layout = &parts.0.layout;
+                match layout.border() {
+                    0 => format!("banded, half width {}", layout.half),
+                    border => format!("banded, half width {}, border of {border}", layout.half),
+                }
+            }
+        }
+    }
+
+    /// Bytes on the heap.
+    pub(crate) fn bytes(&self) -> usize {
+        match self {
+            Self::Diagonal(inverse) => 8 * inverse.len(),
+            Self::Banded(parts) => parts.0.bytes() + parts.1.bytes(),
+        }
+    }
+}
+
+/// The user's name of an unknown: `s[7]`, `cart`.
+pub(crate) fn coordinate_name<M: FamilyModel>(ends: &[usize], unknown: usize) -> String {
+    let field = ends.partition_point(|&end| end <= unknown).min(M::FIELDS.len().saturating_sub(1));
+    let Some(declared) = M::FIELDS.get(field) else { return String::new() };
+    let begin = if field == 0 { 0 } else { ends[field - 1] };
+    match declared.length {
+        Length::One => declared.name.to_string(),
+        Length::Count { .. } => format!("{}[{}]", declared.name, unknown - begin),
+    }
+}

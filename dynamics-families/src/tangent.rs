@@ -1,0 +1,153 @@
+//! c_m M + c_d D + c_k K, assembled from the model's entries, and its solution: LDLᵀ where it is symmetric
+//! and positive definite, else LU with partial pivoting.
+
+use std::sync::Arc;
+
+use crate::failure::FamilyErrorKind;
+use crate::linalg::bordered::{Bordered, Factors, Kind};
+use crate::linalg::order::Layout;
+use crate::mass::coordinate_name;
+use crate::model::{FamilyModel, View};
+
+/// The matrix and its factors.
+pub(crate) struct Tangent {
+    pub(crate) layout: Arc<Layout>,
+    pub(crate) mass: Bordered,
+    pub(crate) matrix: Bordered,
+    /// Entries of M on the diagonal, in the order of the model.
+    pub(crate) diagonal: Vec<f64>,
+    ldl: Factors,
+    lu: Option<Factors>,
+    uses_lu: bool,
+    memory: Vec<f64>,
+    product: Vec<f64>,
+}
+
+/// The weights of M, D = −∂Q/∂u and K = −∂Q/∂q.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Coefficients {
+    pub(crate) mass: f64,
+    pub(crate) damping: f64,
+    pub(crate) stiffness: f64,
+}
+
+impl Tangent {
+    /// Memory for the tangents of a model, with the entries that it has at a state.
+    pub(crate) fn new<M: FamilyModel>(
+        model: &M,
+        at: View<'_>,
+        ends: &[usize],
+    ) -> Result<Self, FamilyErrorKind> {
+        let mut pattern = |visit: &mut dyn FnMut(usize, usize)| {
+            model.mass(&mut |i, j, _| visit(i, j));
+            model.stiffness(at, &mut |i, j, _| visit(i, j));
+            if M::VELOCITY_FORCES {
+                model.damping(at, &mut |i, j, _| visit(i, j));
+            }
+        };
+        let layout = Layout::new(ends, &mut pattern)
+            .map_err(|_| FamilyErrorKind::NotBanded { matrix: "tangent stiffness" })?;
+        let layout = Arc::new(layout);
+        let mut mass = Bordered::new(&layout);
+        model.mass(&mut |i, j, value| {
+            mass.add(i, j, value);
+        });
+        let n = layout.unknown.len();
+        let mut diagonal = vec![0.0; n];
+        mass.for_each_row(|place, entry, _| diagonal[layout.unknown[place]] = entry);
+        Ok(Self {
+            matrix: Bordered::new(&layout),
+            ldl: Factors::new(&layout, Kind::Symmetric),
+            lu: None,
+            uses_lu: false,
+            memory: vec![0.0; n],
+            product: vec![0.0; n],
+            layout,
+            mass,
+            diagonal,
+        })
+    }
+
+    /// Assembles the matrix at a state.
+    pub(crate) fn assemble<M: FamilyModel>(
+        &mut self,
+        model: &M,
+        at: View<'_>,
+        weights: Coefficients,
+    ) -> Result<(), FamilyErrorKind> {
+        self.matrix.clear();
+        if weights.mass != 0.0 {
+            self.matrix.add_multiple(weights.mass, &self.mass);
+        }
+        let mut fits = true;
+        let matrix = &mut self.matrix;
+        model.stiffness(at, &mut |i, j, value| fits &= matrix.add(i, j, weights.stiffness * value));
+        if M::VELOCITY_FORCES && weights.damping != 0.0 {
+            model.damping(at, &mut |i, j, value| fits &= matrix.add(i, j, weights.damping * value));
+        }
+        match fits {
+            true => Ok(()),
+            false => Err(FamilyErrorKind::NotBanded { matrix: "tangent stiffness" }),
+        }
+    }
+
+    /// Factors the matrix in whatever way is possible.
+    pub(crate) fn factor<M: FamilyModel>(&mut self, ends: &[usize]) -> Result<(), FamilyErrorKind> {
+        self.uses_lu = !self.matrix.is_symmetric() || self.ldl.factor(&self.matrix, Kind::Positive).is_err();
+        if !self.uses_lu {
+            return Ok(());
+        }
+        let layout = &self.layout;
+        let lu = self.lu.get_or_insert_with(|| Factors::new(layout, Kind::General));
+        lu.factor(&self.matrix, Kind::General).map_err(|unknown| FamilyErrorKind::Singular {
+            matrix: "tangent stiffness",
+            coordinate: coordinate_name::<M>(ends, unknown),
+            remedy: "something moves without resistance there; hold it, or begin nearer to the solution",
+        })
+    }
+
+    /// Factors a symmetric matrix for its inertia: eigenvalues below zero, and whether one is zero.
+    pub(crate) fn inertia(&mut self) -> Option<(usize, bool)> {
+        if !self.matrix.is_symmetric() {
+            return None;
+        }
+        self.uses_lu = false;
+        match self.ldl.factor(&self.matrix, Kind::Symmetric) {
+            Ok(()) => Some((self.ldl.negative, self.ldl.singular)),
+            Err(_) => Some((self.ldl.negative, true)),
+        }
+    }
+
+    /// Replaces x, in the order of the model, by the solution.
+    pub(crate) fn solve(&mut self, x: &mut [f64]) {
+        let factors = if self.uses_lu { self.lu.as_ref() } else { None };
+        factors.unwrap_or(&self.ldl).solve(x, &mut self.memory);
+    }
+
+    /// The same in the order of places.
+    pub(crate) fn solve_ordered(&self, x: &mut [f64]) {
+        self.ldl.solve_ordered(x);
+    }
+
+    /// y = M x in the order of the model.
+    pub(crate) fn mass_times(&mut self, x: &[f64], y: &mut [f64]) {
+        if self.layout.in_order {
+            return self.mass.multiply(x, y);
+        }
+        let places = self.memory.iter_mut().zip(&self.layout.unknown);
+        places.for_each(|(place, &unknown)| *place = x[unknown]);
+        self.mass.multiply(&self.memory, &mut self.product);
+        self.product.iter().zip(&self.layout.unknown).for_each(|(value, &unknown)| y[unknown] = *value);
+    }
+
+    /// √Σ mᵢ xᵢ², which has one unit whatever the units of the coordinates are.
+    pub(crate) fn norm(&self, x: &[f64]) -> f64 {
+        crate::generated::sum(0..x.len(), |i| self.diagonal[i] * x[i] * x[i]).sqrt()
+    }
+
+    /// Bytes on the heap.
+    pub(crate) fn bytes(&self) -> usize {
+        let lu = self.lu.as_ref().map_or(0, Factors::bytes);
+        self.mass.bytes() + self.matrix.bytes() + self.ldl.bytes() + lu + 24 * self.diagonal.len()
+    }
+}

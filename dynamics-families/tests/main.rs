@@ -1,0 +1,12 @@
+//! Models with families on models written by hand.
+
+mod border;
+mod common;
+mod failures;
+mod frames;
+mod implicit;
+mod methods;
+mod output;
+mod statics;
+mod step_bound;
+mod waves;

@@ -1,0 +1,4 @@
+//! Models with families of coordinates against published and closed results.
+#![allow(missing_docs, reason = "models of tests")]
+
+mod references;
