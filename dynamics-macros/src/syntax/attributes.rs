@@ -9,9 +9,8 @@ use syn::{Attribute, Expr, Ident, Lit, Meta, Path, Token, UnOp};
 
 use super::declaration::{
     Declaration, FamilyLength, Field, FieldKind, MAX_LENGTH, Nominal, Quantity, Shape, UnitText,
-    family_length, length,
+    family_length, length, type_text,
 };
-use super::structs::type_text;
 use crate::diagnostics::{Diagnostics, Place};
 use crate::messages;
 use crate::suggest;

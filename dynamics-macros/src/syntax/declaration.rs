@@ -2,7 +2,7 @@
 
 use proc_macro2::{Span, TokenStream};
 use quote::quote;
-use syn::{Expr, Ident, ItemStruct, Lit, Path, Visibility};
+use syn::{Expr, Ident, ItemStruct, Lit, Path, Type, Visibility};
 
 use crate::diagnostics::{Diagnostics, Place};
 use crate::messages;
@@ -275,4 +275,22 @@ pub(crate) fn length(expr: &Expr, d: &mut Diagnostics) -> Option<usize> {
         Some(n) => return Some(n),
     }
     None
+}
+
+/// A type as it is usually written, without the blanks between tokens that do not need them.
+pub(super) fn type_text(ty: &Type) -> String {
+    let mut text = quote!(#ty).to_string();
+    for (spaced, tight) in [
+        (" < ", "<"),
+        (" >", ">"),
+        (" ,", ","),
+        (" :: ", "::"),
+        ("& ", "&"),
+        ("( ", "("),
+        (" )", ")"),
+        (" ;", ";"),
+    ] {
+        text = text.replace(spaced, tight);
+    }
+    text
 }

@@ -1,10 +1,9 @@
 //! The annotated struct: its parameters, coordinates and inputs.
 
-use quote::quote;
 use syn::{Fields, GenericArgument, Ident, ItemStruct, PathArguments, Type};
 
 use super::attributes;
-use super::declaration::{Declaration, Field, FieldKind, MAX_LENGTH, Shape, length};
+use super::declaration::{Declaration, Field, FieldKind, MAX_LENGTH, Shape, length, type_text};
 use crate::diagnostics::{Diagnostics, Place};
 use crate::messages;
 
@@ -288,22 +287,4 @@ fn function(ty: &Type, d: &mut Diagnostics) -> TypeKind {
         return TypeKind::Wrong;
     }
     TypeKind::Function
-}
-
-/// A type as it is usually written, without the blanks between tokens that do not need them.
-pub(super) fn type_text(ty: &Type) -> String {
-    let mut text = quote!(#ty).to_string();
-    for (spaced, tight) in [
-        (" < ", "<"),
-        (" >", ">"),
-        (" ,", ","),
-        (" :: ", "::"),
-        ("& ", "&"),
-        ("( ", "("),
-        (" )", ")"),
-        (" ;", ";"),
-    ] {
-        text = text.replace(spaced, tight);
-    }
-    text
 }

@@ -142,11 +142,11 @@ fn build(
     }
     let zero = g.zero();
     let at = |id: &NodeId| new[id.index()].unwrap_or(zero);
-    let mut terms: Vec<Option<Vec<Term>>> = Vec::with_capacity(choice.len());
+    let mut terms: Vec<Option<Vec<SumTerm>>> = Vec::with_capacity(choice.len());
     for form in choice {
         let products = form.map(|form| form.iter());
         terms.push(
-            products.map(|p| p.map(|(f, c)| Term::new(g, at(c), f.iter().map(at).collect())).collect()),
+            products.map(|p| p.map(|(f, c)| SumTerm::new(g, at(c), f.iter().map(at).collect())).collect()),
         );
     }
     let copies: Vec<NodeId> =
@@ -156,12 +156,12 @@ fn build(
 
 /// A product of a number and factors, parameters among them.
 #[derive(Clone, Debug)]
-struct Term {
+struct SumTerm {
     number: NodeId,
     factors: Vec<NodeId>,
 }
 
-impl Term {
+impl SumTerm {
     fn new(g: &mut Graph, coefficient: NodeId, mut factors: Vec<NodeId>) -> Self {
         let (sign, size) = match g.node(coefficient) {
             Node::Neg(x) => (g.integer(-1), x),
@@ -191,7 +191,7 @@ impl Term {
 }
 
 /// Σ terms: products of two sums where there are such, else the factor that most terms share taken out first.
-fn sum(g: &mut Graph, terms: Vec<Term>) -> NodeId {
+fn sum(g: &mut Graph, terms: Vec<SumTerm>) -> NodeId {
     let groups = bilinear(g, &terms);
     if groups.len() < terms.len() && groups.iter().any(|(left, right)| left.len() > 1 && right.len() > 1) {
         let zero = g.zero();
@@ -205,7 +205,7 @@ fn sum(g: &mut Graph, terms: Vec<Term>) -> NodeId {
 }
 
 /// Σ terms, the factor that most of them share taken out first.
-fn factored(g: &mut Graph, terms: Vec<Term>) -> NodeId {
+fn factored(g: &mut Graph, terms: Vec<SumTerm>) -> NodeId {
     let Some(factor) = shared(g, &terms) else {
         let zero = g.zero();
         return terms.iter().fold(zero, |sum, term| {
@@ -227,11 +227,11 @@ fn factored(g: &mut Graph, terms: Vec<Term>) -> NodeId {
 }
 
 /// Two sums whose product is a part of a sum.
-type ProductOfSums = (Vec<Term>, Vec<Term>);
+type ProductOfSums = (Vec<SumTerm>, Vec<SumTerm>);
 
 /// The terms as products of a sum of symbols and parameters with a sum of functions: w² s − w² c − u² s + u²
 /// c = (w² − u²)(s − c). Products of single terms are left over where nothing of that kind is found.
-fn bilinear(g: &mut Graph, terms: &[Term]) -> Vec<ProductOfSums> {
+fn bilinear(g: &mut Graph, terms: &[SumTerm]) -> Vec<ProductOfSums> {
     // By the symbols of each term: the functions that they stand before, with numbers.
     let mut rows: BTreeMap<Vec<NodeId>, BTreeMap<Vec<NodeId>, NodeId>> = BTreeMap::new();
     for term in terms {
@@ -242,7 +242,7 @@ fn bilinear(g: &mut Graph, terms: &[Term]) -> Vec<ProductOfSums> {
         symbols.sort_unstable();
         rows.entry(symbols).or_default().insert(functions, term.number);
     }
-    let mut found: Vec<(Vec<Term>, NodePolynomial)> = Vec::new();
+    let mut found: Vec<(Vec<SumTerm>, NodePolynomial)> = Vec::new();
     for (factors, row) in rows {
         let mut place = None;
         for (at, (_, other)) in found.iter().enumerate() {
@@ -252,12 +252,12 @@ fn bilinear(g: &mut Graph, terms: &[Term]) -> Vec<ProductOfSums> {
             }
         }
         match place {
-            Some((at, number)) => found[at].0.push(Term { number, factors }),
-            None => found.push((vec![Term { number: g.one(), factors }], row)),
+            Some((at, number)) => found[at].0.push(SumTerm { number, factors }),
+            None => found.push((vec![SumTerm { number: g.one(), factors }], row)),
         }
     }
     let right = |row: BTreeMap<Vec<NodeId>, NodeId>| {
-        row.into_iter().map(|(factors, number)| Term { number, factors }).collect::<Vec<_>>()
+        row.into_iter().map(|(factors, number)| SumTerm { number, factors }).collect::<Vec<_>>()
     };
     found.into_iter().map(|(left, row)| (left, right(row))).collect()
 }
@@ -278,7 +278,7 @@ fn ratio(
 
 /// The factor of most terms, of two at least; functions before symbols, these before parameters, as a sum of
 /// their products is more often met again.
-fn shared(g: &Graph, terms: &[Term]) -> Option<NodeId> {
+fn shared(g: &Graph, terms: &[SumTerm]) -> Option<NodeId> {
     let mut count: BTreeMap<NodeId, usize> = BTreeMap::new();
     for term in terms {
         let mut factors = term.factors.clone();

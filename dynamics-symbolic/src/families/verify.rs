@@ -71,8 +71,8 @@ pub fn verify(
         }
     }
     let same = |a: NodeId, b: NodeId| g.fingerprint(a) == g.fingerprint(b);
-    for row in 0..n {
-        if !same(forces[row], equations.generalized_force[row]) {
+    for (row, force) in forces.iter().enumerate() {
+        if !same(*force, equations.generalized_force[row]) {
             return Err(differs(row, "Q"));
         }
         // A mass matrix that the unrolled model leaves out is compared through nothing else here: its
