@@ -266,7 +266,7 @@ fn probed<S: FamilyState>(state: &S) -> Vec<usize> {
     for &end in state.ends() {
         let places = [0, 1, 2, 100, 254, 255, 256, 257, 258, 511, 512, 513];
         all.extend(places.iter().map(|k| start + k).filter(|k| *k < end));
-        all.extend((1..=3).filter_map(|k| (end - start >= k).then(|| end - k)));
+        all.extend((1..=3).filter(|k| end - start >= *k).map(|k| end - k));
         start = end;
     }
     all.sort_unstable();
