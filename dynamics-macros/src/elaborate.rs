@@ -161,6 +161,7 @@ pub(crate) fn elaborate_families(
     elaborator.declare();
     elaborator.roles();
     elaborator.check_integers();
+    elaborator.check_families();
     elaborator.name_inferred_units();
     elaborator.note_scalars();
     let Elaborator { model, families, origins, .. } = elaborator;

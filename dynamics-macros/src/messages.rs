@@ -64,7 +64,7 @@ catalogue! {
     units_of_unknown(name, hint) "`units` names `{name}`, which is no field of the struct and no \
         `#[output]`{hint}";
     entry_twice(attribute, name) "`{attribute}` names `{name}` twice; keep one entry";
-    nominal_of_function(name) "`{name}` is a smooth function, which has no nominal value; leave it out";
+    nominal_of_function(name, what) "`{name}` is {what}, which has no nominal value; leave it out";
     nominal_shape(name, form) "the nominal value of `{name}` has another shape than the field; write {form}";
     model_argument() "`model` takes `crate` and `sin_cos`, each once; write `#[model(crate = \
         path::to::dynamics)]` or `#[model(sin_cos = accurate)]`";
@@ -127,8 +127,14 @@ catalogue! {
         {what} a length such as `5`";
     array_beside_families(name) "`{name}` has a fixed length beside families of coordinates; give each of \
         its coordinates a name of its own";
+    length_of_family(length, most) "`{length}` is no length of a family; write `self.n`, `self.n + k` or \
+        `self.n - k`, with k at most {most}";
+    family_as_list(found) "a loop runs over a range or an array, not over {found}; loop over `0..self.n`, and \
+        read the nodes by their index";
     index_form(what, most) "`{what}` makes no index; an index of a family is `i + k`, `i - k`, `self.n + k`, \
         `self.n - k` or a number, with k at most {most}";
+    index_far(index, most) "`{index}` is too far from the first node; a number among indices is at most \
+        {most}, as the model is unrolled up to there to be checked";
     index_below(name, index, rounds) "`{name}[{index}]`{rounds} is below `{name}[0]`; begin the range later, \
         or give the first nodes an `if`";
     index_above(name, index, rounds, length) "`{name}[{index}]`{rounds} is above the last node of `{name}`, \
@@ -143,7 +149,7 @@ catalogue! {
     round_left(word) "`{word}` would leave a sum over an index early; give the range its end, or use an `if`";
     round_assigns(name) "`{name}` is assigned by every round of this loop, which may only add to it as a \
         whole, with `+=` or `-=`, and not read it; put what a round needs into a variable of its own";
-    mass_moves(function) "the mass matrix of `{function}` depends on coordinates, which is not supported \
+    mass_moves(function) "the mass matrix of `{function}` is not constant, which is not supported \
         beside families; write kinetic energies with masses that are constant";
     energy_not_quadratic(function) "`{function}` is no quadratic function of the velocities, which is not \
         supported beside families; write `0.5 * self.mass * velocity.powi(2)`";

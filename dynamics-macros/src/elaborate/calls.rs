@@ -33,6 +33,7 @@ impl<'a> Elaborator<'a> {
             match receiver {
                 Value::Range(range) => return self.map_range(range, closure, Place::of(&e.receiver)),
                 Value::Sequence(items) => return self.map_sequence(&items, closure),
+                Value::Mapped(made) => return self.map_mapped(&made, closure),
                 _ => {}
             }
         }
@@ -91,11 +92,14 @@ impl<'a> Elaborator<'a> {
             Value::Total(total) if text == "dt" && arguments.is_empty() => {
                 self.each(&total, |this, value| this.time_derivative(value, name))
             }
-            Value::Total(_) => self.fail(name.span(), &messages::sum_as_value()),
+            Value::Total(_) => self.made_of_sum(name.span()),
             Value::Range(range) if text == "rev" && arguments.is_empty() => Value::Range(range),
             Value::Index(_) => {
                 self.fail(name.span(), &messages::index_form(name, crate::syntax::MOST_OFFSET))
             }
+            Value::Family(field) if text == "len" && arguments.is_empty() => self.length_of(field),
+            // An unknown argument is reported where it stands.
+            _ if arguments.iter().any(|(argument, _)| argument.is_poison()) => Value::Poison,
             other => self.unknown_method(&other, name, &[]),
         }
     }
@@ -124,6 +128,12 @@ impl<'a> Elaborator<'a> {
             RENAMED.iter().find(|(wrong, right)| *wrong == text && known.contains(right)).map(|(_, r)| *r);
         let hint = match renamed.or_else(|| crate::suggest::nearest(&text, known.iter().copied())) {
             Some(best) => format!("did you mean `{best}`?"),
+            None if matches!(receiver, Value::Family(_) | Value::Numbered(_)) => {
+                "write `(0..self.n).map(|i| ..)` or a `for` loop, and read the nodes by their index".into()
+            }
+            None if matches!(receiver, Value::Range(_)) => {
+                "write `map` or a `for` loop over the indices that are meant".into()
+            }
             None if known.is_empty() => "use its parts".into(),
             None => "the manual lists what models can use".into(),
         };

@@ -158,7 +158,7 @@ impl<'a> Elaborator<'a> {
             (Value::Index(_), Value::Index(_) | Value::Integer(_)) | (Value::Integer(_), Value::Index(_)) => {
                 self.fail(at, &messages::undecided_integer())
             }
-            (Value::Total(_), _) | (_, Value::Total(_)) => self.fail(at, &messages::sum_as_value()),
+            (Value::Total(_), _) | (_, Value::Total(_)) => self.made_of_sum(at),
             (a, b) => self.fail(at, &messages::branches_differ(a.shape(), b.shape())),
         }
     }
@@ -308,7 +308,10 @@ impl<'a> Elaborator<'a> {
             // One round over an unknown item finds the other mistakes in the body.
             Value::Poison => Rc::new(vec![Value::Poison]),
             other => {
-                let message = messages::not_iterable(other.shape());
+                let message = match other {
+                    Value::Family(_) | Value::Numbered(_) => messages::family_as_list(other.shape()),
+                    other => messages::not_iterable(other.shape()),
+                };
                 return self.fail(Place::of(&e.expr), &message);
             }
         };

@@ -9,8 +9,7 @@ use dynamics_symbolic::mechanics::{Coordinate, Function, Input, Parameter};
 use proc_macro2::Span;
 
 use super::Elaborator;
-use super::families::Numbered;
-use super::values::{Scalar, UnitOf, Value};
+use super::values::{Numbered, Scalar, UnitOf, Value};
 use crate::diagnostics::Place;
 use crate::messages;
 use crate::syntax::{FieldKind, Quantity, Shape, UnitText};

@@ -460,11 +460,11 @@ impl<'a> Elaborator<'a> {
                 _ => None,
             },
             other => {
-                let message = match other {
-                    Value::Total(_) => messages::sum_as_value(),
-                    other => messages::expected_shape("a scalar", other.shape()),
-                };
-                self.diagnostics.error(place, &message);
+                if matches!(other, Value::Total(_)) {
+                    self.made_of_sum(place);
+                    return None;
+                }
+                self.diagnostics.error(place, &messages::expected_shape("a scalar", other.shape()));
                 None
             }
         }

@@ -24,39 +24,16 @@ use super::declare::SymbolKind;
 use super::integer_types::TypeOf;
 use super::operators::Operator;
 use super::scope::Flow;
-use super::values::{Condition, Scalar, UnitOf, Value};
+use super::values::{Added, Condition, Numbered, Scalar, Total, UnitOf, Value};
 use crate::diagnostics::Place;
 use crate::messages;
-use crate::syntax::MOST_OFFSET;
+use crate::syntax::{FieldKind, MOST_OFFSET, Role};
+
+/// Most that a number among indices may be: models are unrolled beyond it to be checked.
+const MOST_NUMBER: i64 = 256;
 
 /// Most rounds at an end of a range that are elaborated one by one.
 const MOST_UNROLLED: i64 = 8;
-
-/// A sum over an index, or several: what every round of a range adds, and what is added once.
-#[derive(Clone, Debug)]
-pub(super) struct Total {
-    /// What is added once.
-    pub(super) rest: Value,
-    /// What every round adds.
-    pub(super) rounds: Vec<(Range, Value)>,
-}
-
-/// What a loop has added to a variable: with its sign, and where.
-#[derive(Clone, Debug)]
-pub(super) struct Added {
-    op: Operator,
-    value: Value,
-    at: Span,
-}
-
-/// A numbered coordinate or parameter.
-#[derive(Clone, Debug)]
-pub(super) struct Numbered {
-    pub(super) name: String,
-    pub(super) unit: UnitOf,
-    pub(super) unit_text: String,
-    pub(super) place: Place,
-}
 
 /// Families in elaboration; without counts in models that have none.
 #[derive(Clone, Debug, Default)]
@@ -111,7 +88,7 @@ impl<'a> Elaborator<'a> {
 
     /// left ∘ right where one of both is an index.
     pub(super) fn index_arithmetic(&mut self, op: Operator, left: &Value, right: &Value, at: Span) -> Value {
-        use Operator::{Add, Sub};
+        use Operator::{Add, Rem, Sub};
         let (Some(a), Some(b)) = (index_of(left), index_of(right)) else {
             return self.fail(at, &messages::shape_mismatch(op.sign(), left.shape(), right.shape()));
         };
@@ -131,6 +108,13 @@ impl<'a> Elaborator<'a> {
                 }
                 Value::Index(index)
             }
+            // Within the rounds of a range all are below the count, or all are not.
+            (Rem, a, b @ NodeIndex::Fixed(Anchor::End { .. })) => match self.index_less(a, b) {
+                Some(true) => Value::Index(a),
+                Some(false) => self.index_arithmetic(Sub, &value_of(a), &value_of(b), at),
+                None if self.families.cut.is_some() => Value::Poison,
+                None => self.fail(at, &messages::counts_compared()),
+            },
             (Sub, NodeIndex::Round(a), NodeIndex::Round(b)) => self.small_integer(a - b),
             (
                 Sub,
@@ -152,6 +136,9 @@ impl<'a> Elaborator<'a> {
         let (Some(a), Some(b)) = (index_of(left), index_of(right)) else {
             return self.fail(at, &messages::comparison_of(left.shape(), right.shape()));
         };
+        if self.is_far(a, at) || self.is_far(b, at) {
+            return Value::Poison;
+        }
         let decided = match op {
             BinOp::Lt(_) => self.index_less(a, b),
             BinOp::Ge(_) => self.index_less(a, b).map(|less| !less),
@@ -297,6 +284,9 @@ impl<'a> Elaborator<'a> {
         let Some(index) = index_of(index) else {
             return self.fail(Place::of(at), &messages::index_unknown(index.shape()));
         };
+        if self.is_far(index, Place::of(at)) {
+            return Value::Poison;
+        }
         let Some(length) = self.families.found.fields[field].length else { return Value::Poison };
         let name = self.families.found.fields[field].name.clone();
         if !self.reaches(&name, index, length, at) {
@@ -312,6 +302,12 @@ impl<'a> Elaborator<'a> {
             self.families.found.locals.len() - 1
         });
         Scalar { node: self.model.graph.symbol(Symbol::Coordinate(number as u32)), unit }.into()
+    }
+
+    /// `q.s.len()`.
+    pub(super) fn length_of(&mut self, field: usize) -> Value {
+        let length = self.families.found.fields[field].length;
+        length.map_or(Value::Poison, |length| value_of(NodeIndex::Fixed(length)))
     }
 
     /// `self.mass[index]` of a numbered parameter. Its length is checked when the model is used.
@@ -385,6 +381,16 @@ impl<'a> Elaborator<'a> {
         }
     }
 
+    /// Whether an index is a number too far from 0, which is reported.
+    fn is_far(&mut self, index: NodeIndex, at: impl Into<Place>) -> bool {
+        let far = matches!(index, NodeIndex::Fixed(Anchor::Start(k)) if k > MOST_NUMBER);
+        if far {
+            let text = index.text(&self.families.found.counts);
+            self.fail(at, &messages::index_far(text, MOST_NUMBER));
+        }
+        far
+    }
+
     /// `start..end`, one of which is no number.
     pub(super) fn index_range(&mut self, start: &Value, end: &Value, closed: bool, at: Place) -> Value {
         let fixed = |value: &Value| match index_of(value) {
@@ -395,6 +401,9 @@ impl<'a> Elaborator<'a> {
             return self.fail(at, &messages::range_of_round());
         };
         let end = if closed { end.shifted(1) } else { end };
+        if [start, end].into_iter().any(|anchor| self.is_far(NodeIndex::Fixed(anchor), at)) {
+            return Value::Poison;
+        }
         Value::Range(Range { start, end })
     }
 
@@ -442,6 +451,10 @@ impl<'a> Elaborator<'a> {
             let value = round(self, value_of(index));
             self.families.range = None;
             self.steps += 1;
+            if matches!(value, Value::Total(_)) {
+                self.made_of_sum(at);
+                return None;
+            }
             if let Some(cut) = self.families.cut.take() {
                 self.frame().scopes = before;
                 left.push(Range { start: cut, end: range.end });
@@ -460,6 +473,21 @@ impl<'a> Elaborator<'a> {
     pub(super) fn map_range(&mut self, range: Range, closure: &'a ExprClosure, at: Place) -> Value {
         let made = self.rounds(range, at, &mut |this, index| this.closure(closure, index));
         made.map_or(Value::Poison, |made| Value::Mapped(Rc::new(made)))
+    }
+
+    /// `range.map(..).map(|value| ..)`.
+    pub(super) fn map_mapped(&mut self, made: &[(Option<Range>, Value)], closure: &'a ExprClosure) -> Value {
+        let mut again = Vec::new();
+        for (range, value) in made {
+            let outer = std::mem::replace(&mut self.families.range, *range);
+            let value = self.closure(closure, value.clone());
+            self.families.range = outer;
+            if value.is_poison() {
+                return Value::Poison;
+            }
+            again.push((*range, value));
+        }
+        Value::Mapped(Rc::new(again))
     }
 
     /// A closure of one argument.
@@ -554,13 +582,21 @@ impl<'a> Elaborator<'a> {
                 }
                 self.total(rest, rounds)
             }
-            (Mul, Value::Total(_), Value::Total(_)) => self.fail(at, &messages::sum_as_value()),
+            (Mul, Value::Total(_), Value::Total(_)) => self.made_of_sum(at),
             (Mul | Div, Value::Total(a), factor) => {
                 self.each(&a, |this, value| this.arithmetic(op, value, factor.clone(), at))
             }
             (Mul, factor, Value::Total(b)) => {
                 self.each(&b, |this, value| this.arithmetic(op, factor.clone(), value, at))
             }
+            _ => self.made_of_sum(at),
+        }
+    }
+
+    /// Something that cannot be made of a sum over an index. Outputs run as they are written, and may.
+    pub(super) fn made_of_sum(&mut self, at: impl Into<Place>) -> Value {
+        match self.role {
+            Role::Output => Value::Poison,
             _ => self.fail(at, &messages::sum_as_value()),
         }
     }
@@ -626,7 +662,7 @@ impl<'a> Elaborator<'a> {
         for (range, variables) in made {
             let Value::Tuple(variables) = variables else { continue };
             let Some(Value::Accumulator(added)) = variables.get(k) else { return Value::Poison };
-            for Added { op, value, at } in added.iter() {
+            for Added { value, at } in added.iter() {
                 let value = match range {
                     Some(range) => {
                         let rest = self.nothing_like(value);
@@ -634,7 +670,7 @@ impl<'a> Elaborator<'a> {
                     }
                     None => value.clone(),
                 };
-                sum = self.arithmetic(*op, sum, value, *at);
+                sum = self.arithmetic(Operator::Add, sum, value, *at);
             }
         }
         sum
@@ -654,11 +690,17 @@ impl<'a> Elaborator<'a> {
         if !matches!(op, Operator::Add | Operator::Sub) {
             return Some(self.misused_sum(path.path.get_ident()?, at));
         }
-        let mut added = added.to_vec();
-        added.push(Added { op, value: value.clone(), at });
+        if matches!(value, Value::Total(_)) {
+            return Some(self.made_of_sum(at));
+        }
+        let value = if op == Operator::Sub { self.negated(value.clone(), at) } else { value.clone() };
+        let new = if value.is_poison() {
+            Value::Poison
+        } else {
+            Value::Accumulator(Rc::new(added.iter().cloned().chain([Added { value, at }]).collect()))
+        };
         if let Some(variable) = self.frame().find_mut(&name) {
-            let poisoned = value.is_poison();
-            *variable = if poisoned { Value::Poison } else { Value::Accumulator(Rc::new(added)) };
+            *variable = new;
         }
         Some(Value::unit())
     }
@@ -679,7 +721,7 @@ impl<'a> Elaborator<'a> {
         otherwise: &[Added],
         at: Place,
     ) -> Value {
-        let alike = |(a, b): &(&Added, &Added)| a.op == b.op && same(&a.value, &b.value);
+        let alike = |(a, b): &(&Added, &Added)| same(&a.value, &b.value);
         let before = then.iter().zip(otherwise).take_while(alike).count();
         let mut all = then[..before].to_vec();
         let (then, otherwise) = (&then[before..], &otherwise[before..]);
@@ -689,14 +731,14 @@ impl<'a> Elaborator<'a> {
         let nothing = self.nothing_like(&one.value);
         let mut sum = |all: &[Added]| {
             all.iter().fold(nothing.clone(), |sum, added| {
-                self.arithmetic(added.op, sum, added.value.clone(), added.at)
+                self.arithmetic(Operator::Add, sum, added.value.clone(), added.at)
             })
         };
         let (span, then, otherwise) = (one.at, sum(then), sum(otherwise));
         match self.select(condition, &then, &otherwise, at) {
             Value::Poison => Value::Poison,
             value => {
-                all.push(Added { op: Operator::Add, value, at: span });
+                all.push(Added { value, at: span });
                 Value::Accumulator(Rc::new(all))
             }
         }
@@ -714,6 +756,43 @@ impl<'a> Elaborator<'a> {
             (NodeIndex::Round(_), None) => return,
         };
         self.families.called.push((function, range));
+    }
+
+    /// Refuses speeds, and numbered parameters and counts that nothing reads.
+    pub(super) fn check_families(&mut self) {
+        if let Some(speed) = self.declaration.speeds.first() {
+            let message = messages::role_beside_families("speeds", "use the velocities of coordinates");
+            self.diagnostics.error(speed.name.span(), &message);
+        }
+        if self.diagnostics.len() > 0 {
+            return;
+        }
+        let found = &self.families.found;
+        let mut unread: Vec<(String, Place)> = Vec::new();
+        for (k, parameter) in self.families.parameters.iter().enumerate() {
+            if !found.reads.iter().any(|(read, _)| *read as usize == k) {
+                unread.push((parameter.name.clone(), parameter.place));
+            }
+        }
+        let fields = self.declaration.fields.iter().filter(|field| field.kind == FieldKind::Count);
+        for (k, field) in fields.enumerate() {
+            let of = |anchor: Anchor| matches!(anchor, Anchor::End { count, .. } if count as usize == k);
+            let ranges = found.terms.iter().filter_map(|term| term.range);
+            let ends = ranges.flat_map(|range| [range.start, range.end]);
+            let lengths = found.fields.iter().filter_map(|field| field.length);
+            let node = |local: &Local| matches!(local.index, NodeIndex::Fixed(anchor) if of(anchor));
+            let number = |source: &Source| matches!(source, Source::Count(count) if *count as usize == k);
+            let read = ends.chain(lengths).chain(found.reads.iter().map(|(_, end)| *end)).any(of)
+                || found.locals.iter().any(node)
+                || found.sources.iter().any(number)
+                || found.least[k] > 0;
+            if !read {
+                unread.push((field.name.to_string(), Place::from(field.name.span())));
+            }
+        }
+        for (name, place) in unread {
+            self.diagnostics.error(place, &messages::unused("parameter", name));
+        }
     }
 
     /// Adds a term of a role: a value, or a sum of them over an index.

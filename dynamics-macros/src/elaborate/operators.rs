@@ -316,7 +316,7 @@ impl Elaborator<'_> {
             }
             (Value::Scalar(a), Value::Scalar(b)) => (a, b),
             (Value::Poison, _) | (_, Value::Poison) => return Value::Poison,
-            (Value::Total(_), _) | (_, Value::Total(_)) => return self.fail(at, &messages::sum_as_value()),
+            (Value::Total(_), _) | (_, Value::Total(_)) => return self.made_of_sum(at),
             (a, b) => return self.fail(at, &messages::comparison_of(a.shape(), b.shape())),
         };
         let sign = match op {

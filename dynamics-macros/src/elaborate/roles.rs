@@ -193,7 +193,9 @@ impl<'a> Elaborator<'a> {
     /// A value is lost only to a mistake that is reported. Should this ever fail, silence would drop the
     /// function from the model.
     fn check_reported(&mut self, function: &Function) {
-        if self.diagnostics.len() == 0 {
+        // Outputs of models with families may hold what elements cannot.
+        let lost = self.diagnostics.len() == 0 && !(self.families.symbolic && function.role == Role::Output);
+        if lost {
             self.diagnostics.error(function.name.span(), &messages::not_followed(&function.name));
         }
     }

@@ -7,7 +7,6 @@ use dynamics_symbolic::families::{NodeIndex, Range};
 use dynamics_symbolic::graph::{Comparison, FunctionId, NodeId};
 use proc_macro2::Span;
 
-use super::families::{Added, Total};
 use super::integer_types::TypeOf;
 use crate::diagnostics::Place;
 
@@ -100,6 +99,31 @@ pub(super) enum Value {
     Family(usize),
     /// `self.mass` of a parameter with an element for every index.
     Numbered(usize),
+}
+
+/// A sum over an index, or several: what every round of a range adds, and what is added once.
+#[derive(Clone, Debug)]
+pub(super) struct Total {
+    /// What is added once.
+    pub(super) rest: Value,
+    /// What every round adds.
+    pub(super) rounds: Vec<(Range, Value)>,
+}
+
+/// What a round of a loop adds to a variable, and where.
+#[derive(Clone, Debug)]
+pub(super) struct Added {
+    pub(super) value: Value,
+    pub(super) at: Span,
+}
+
+/// A numbered coordinate or parameter.
+#[derive(Clone, Debug)]
+pub(super) struct Numbered {
+    pub(super) name: String,
+    pub(super) unit: UnitOf,
+    pub(super) unit_text: String,
+    pub(super) place: Place,
 }
 
 impl Value {

@@ -161,6 +161,12 @@ fn quantity(rest: &[TokenTree], d: &mut Diagnostics) -> Option<(Option<UnitText>
         d.error(Place::of(group), &messages::attribute_entry("`name: [unit; length]`"));
         return None;
     };
+    if let [TokenTree::Group(inner)] = &inside[..at]
+        && inner.delimiter() == Delimiter::Bracket
+    {
+        d.error(Place::of(inner), &messages::attribute_entry("`name: [unit; length]`, a name for each row"));
+        return None;
+    }
     let after: TokenStream = inside[at + 1..].iter().cloned().collect();
     let expr = match syn::parse2::<Expr>(after) {
         Ok(expr) => expr,
@@ -328,7 +334,11 @@ pub(super) fn attach_nominal(fields: &mut [Field], nominal: Vec<(Ident, Expr)>, 
             FieldKind::Parameter { shape, .. } => shape,
             FieldKind::Count => &Shape::Scalar,
             FieldKind::Function(_) | FieldKind::Numbered => {
-                d.error(Place::of(&value), &messages::nominal_of_function(&name));
+                let what = match field.kind {
+                    FieldKind::Numbered => "a list of any length",
+                    _ => "a smooth function",
+                };
+                d.error(Place::of(&value), &messages::nominal_of_function(&name, what));
                 continue;
             }
         };
@@ -445,11 +455,14 @@ pub(super) fn check_names(declaration: &mut Declaration, d: &mut Diagnostics) {
 
 /// Families have counts as lengths, and only models with families have counts.
 fn check_lengths(declaration: &mut Declaration, d: &mut Diagnostics) {
-    let fields = &declaration.fields;
+    let (fields, item) = (&declaration.fields, &declaration.item);
     let mut known = |family: &FamilyLength| {
         let is_count = |f: &&Field| f.name == family.count && f.kind == FieldKind::Count;
         let found = fields.iter().any(|f| is_count(&f));
-        if !found {
+        // What cannot be a parameter is reported already.
+        let declared = |f: &syn::Field| f.ident.as_ref() == Some(&family.count);
+        let wrong = !fields.iter().any(|f| f.name == family.count) && item.fields.iter().any(declared);
+        if !found && !wrong {
             let counts = fields.iter().filter(|f| f.kind == FieldKind::Count).map(|f| f.name.to_string());
             let counts: Vec<String> = counts.collect();
             let name = family.count.to_string();

@@ -265,6 +265,10 @@ pub(crate) fn length(expr: &Expr, d: &mut Diagnostics) -> Option<usize> {
         _ => None,
     };
     match literal {
+        None if crate::library::any_word(quote!(#expr), &|word| word == "self") => {
+            let message = messages::length_of_family(quote!(#expr), MOST_OFFSET);
+            d.error(Place::of(expr), &message);
+        }
         None => d.error(Place::of(expr), &messages::length_not_literal(quote!(#expr))),
         Some(0) => d.error(Place::of(expr), &messages::length_zero()),
         Some(n) if n > MAX_LENGTH => d.error(Place::of(expr), &messages::too_many_parameters(MAX_LENGTH)),

@@ -71,13 +71,13 @@ pub fn derive(model: &mut FamilyModel) -> Result<Derived, Vec<Underivable>> {
     for (k, term) in model.terms.iter().enumerate() {
         groups.entry(term.range).or_default().push(k);
     }
-    let (mut elements, mut errors) = (Vec::new(), Vec::new());
+    let (mut elements, mut errors, mut homogeneous) = (Vec::new(), Vec::new(), true);
     // What has no rounds comes last: it is added to what the loops have written.
     let alone = groups.remove(&None);
     for (range, terms) in groups.into_iter().chain(alone.map(|terms| (None, terms))) {
         let mut element = Element { range, ..Element::default() };
         for k in terms {
-            errors.extend(add(model, &mut element, k));
+            errors.extend(add(model, &mut element, k, &mut homogeneous));
         }
         let n = model.locals.len();
         let g = &mut model.model.graph;
@@ -96,15 +96,21 @@ pub fn derive(model: &mut FamilyModel) -> Result<Derived, Vec<Underivable>> {
     };
     let velocity_forces = elements.iter().flat_map(|e| &e.forces).any(|(_, q)| on(*q, Dependence::RATES));
     Ok(Derived {
-        conservative: !model.terms.iter().any(|term| acts(&term.kind)),
+        conservative: homogeneous && !model.terms.iter().any(|term| acts(&term.kind)),
         velocity_forces,
         diagonal: elements.iter().flat_map(|e| &e.mass).all(|(a, b, _)| a == b),
         elements,
     })
 }
 
-/// Adds a term to its element.
-fn add(model: &mut FamilyModel, element: &mut Element, k: usize) -> Option<Underivable> {
+/// Adds a term to its element. A kinetic energy that has more than squares of velocities, as that of a moving
+/// frame, is not `homogeneous`: T + V is not conserved then.
+fn add(
+    model: &mut FamilyModel,
+    element: &mut Element,
+    k: usize,
+    homogeneous: &mut bool,
+) -> Option<Underivable> {
     let n = model.locals.len();
     let term = &model.terms[k];
     let (function, origin) = (term.function.clone(), term.origin);
@@ -135,6 +141,7 @@ fn add(model: &mut FamilyModel, element: &mut Element, k: usize) -> Option<Under
             let lagrangian = if *role == EnergyRole::Potential { g.neg(*id) } else { *id };
             let momenta = entries(g, &[(lagrangian, one)], Symbol::Rate, n);
             let mass = slopes(g, &momenta, Symbol::Rate, n);
+            let mut own_mass = Vec::new();
             for (a, b, m) in mass {
                 // `slopes` has −∂p/∂u.
                 let m = g.neg(m);
@@ -145,22 +152,36 @@ fn add(model: &mut FamilyModel, element: &mut Element, k: usize) -> Option<Under
                     return Some(Underivable::MassMoves { function, origin });
                 }
                 add_entry(g, &mut element.mass, a, b, m);
+                own_mass.push((a, b, m));
+            }
+            // p·u, which is 2 T where T has squares of velocities alone.
+            let mut power = g.zero();
+            for (a, p) in &momenta {
+                let rate = g.symbol(Symbol::Rate(*a as u32));
+                let term = g.mul(*p, rate);
+                power = g.add(power, term);
             }
             let (slot, sign) = match role {
                 EnergyRole::Potential => (&mut element.potential, *id),
-                EnergyRole::Kinetic => (&mut element.kinetic, *id),
+                EnergyRole::Kinetic => {
+                    let twice = g.add(*id, *id);
+                    *homogeneous &= g.fingerprint(power) == g.fingerprint(twice);
+                    (&mut element.kinetic, *id)
+                }
                 _ => {
-                    // T is what of L has velocities twice: p·u less twice what they have once is not needed,
-                    // since M is constant: T = ½ uᵀM u, V = T − L.
+                    // T = ½ uᵀM u, V = p·u − L − T, so that terms with u alone, whose forces do no work, are in
+                    // neither.
                     let mut kinetic = g.zero();
-                    for (a, p) in &momenta {
-                        let rate = g.symbol(Symbol::Rate(*a as u32));
-                        let term = g.mul(*p, rate);
+                    for (a, b, m) in &own_mass {
+                        let (u, v) = (g.symbol(Symbol::Rate(*a as u32)), g.symbol(Symbol::Rate(*b as u32)));
+                        let product = g.mul(u, v);
+                        let term = g.mul(*m, product);
                         kinetic = g.add(kinetic, term);
                     }
                     let half = g.number(crate::graph::Number::Rational(1, 2));
                     let kinetic = g.mul(half, kinetic);
-                    let potential = g.sub(kinetic, *id);
+                    let rest = g.sub(power, *id);
+                    let potential = g.sub(rest, kinetic);
                     element.kinetic = Some(match element.kinetic {
                         Some(known) => g.add(known, kinetic),
                         None => kinetic,

@@ -199,10 +199,16 @@ pub(crate) fn check_passes<M: FamilyModel>(model: &M, state: &M::State) {
         let expected: Vec<f64> = before.iter().zip(&expected).map(|(u, a)| u + h * a).collect();
         assert_close("kick", &u, &expected, 1e-14);
     }
-    let mut work = 0.0;
-    model.mass(&mut |i, j, m| work += 0.5 * m * view.u[i] * view.u[j]);
-    let kinetic = model.energies(view).kinetic;
-    assert!((work - kinetic).abs() <= 1e-11 * kinetic.abs().max(1e-6), "T of M: {work:e}, {kinetic:e}");
+    // uᵀM u is what of 2 T has velocities twice.
+    let mut twice = 0.0;
+    model.mass(&mut |i, j, m| twice += m * view.u[i] * view.u[j]);
+    let kinetic = |sign: f64| {
+        let u: Vec<f64> = view.u.iter().map(|u| sign * u).collect();
+        model.energies(View { u: &u, ..view }).kinetic
+    };
+    let (ahead, at_rest, back) = (kinetic(1.0), kinetic(0.0), kinetic(-1.0));
+    let (by_t, scale) = (ahead - 2.0 * at_rest + back, ahead + at_rest + back + 1e-6);
+    assert!((twice - by_t).abs() <= 1e-11 * scale, "T and M: {twice:e}, {by_t:e}");
 }
 
 /// A model of any size by itself: passes, forces against differences of V, stiffness against differences of

@@ -1,10 +1,11 @@
 //! Shapes of models, and ways of writing them.
 #![allow(missing_docs, unreachable_pub, reason = "models as users write them")]
 
-use dynamics::families::model::FamilyModel as _;
+use dynamics::families::model::{EnergyParts, FamilyModel as _};
+use dynamics::model::{Dynamics as _, ModelState as _};
 use dynamics::prelude::*;
 
-use super::harness::{check_alone, check_sizes, compare, twice};
+use super::harness::{check_alone, check_sizes, compare, compare_with, twice};
 
 /// Two ropes, tied to each other.
 #[derive(Clone, Debug, Dynamics)]
@@ -291,4 +292,145 @@ twice! {
 fn ways_of_writing() {
     let (m, k) = (0.4, 2.0);
     compare(&Written { nodes: 6, m, k }, &Written6 { m, k }, 0.5);
+}
+
+twice! {
+    Periodic: (s: [_; self.nodes], w: [_; self.nodes]) { pub m: f64, pub k: f64 }
+    Periodic7: (s: [_; 7], w: [_; 7]) { pub m: f64, pub k: f64 } = 7;
+    {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            (0..q.s.len()).map(|i| q.s[i].dt().powi(2) + q.w[i].dt().powi(2)).map(|v| 0.5 * self.m * v).sum()
+        }
+        /// Everyone pulls at the next one, and at the one after that; the last ones at the first ones.
+        #[potential]
+        fn around(&self, q: &Coordinates<Self>) -> Expr {
+            let mut sum = Expr::ZERO;
+            for i in 0..self.n() {
+                let next = (i + 1) % self.n();
+                let after = if i + 2 >= self.n() { i + 2 - self.n() } else { i + 2 };
+                sum += 0.5 * self.k * ((q.s[next] - q.s[i]).powi(2) + 0.1 * (q.w[after] - q.w[i]).powi(4));
+                let left = if i == 0 { self.n() - 1 } else { i - 1 };
+                sum += self.k * (q.w[left] * q.s[i]).cos();
+            }
+            sum
+        }
+        /// The branches add to the sum, one of them twice.
+        #[potential]
+        fn one_sided(&self, q: &Coordinates<Self>) -> Expr {
+            let mut sum = Expr::ZERO;
+            for i in 0..self.n() {
+                sum += q.s[i].powi(2);
+                if q.s[i] > 0.0 {
+                    sum += self.k * q.s[i].powi(4);
+                } else if i > 0 {
+                    sum -= q.s[i].powi(3);
+                    sum += q.s[i - 1] * q.s[i].powi(2);
+                }
+            }
+            sum
+        }
+        #[potential]
+        fn windows(&self, q: &Coordinates<Self>) -> Expr {
+            let mut sum = Expr::ZERO;
+            for i in 0..self.n() - 2 {
+                let mut part = Expr::ZERO;
+                for k in 0..3 {
+                    part += q.s[i + k];
+                }
+                // Another variable of this name.
+                let weight = {
+                    let mut sum = q.w[i];
+                    sum += 1.0;
+                    sum
+                };
+                sum += self.k * (weight * part).powi(2);
+            }
+            for k in 1..3 {
+                for i in 0..self.n() - k {
+                    sum += 0.1 * (q.w[i + k] - q.w[i]).powi(2) / k as f64;
+                }
+            }
+            sum
+        }
+        #[potential]
+        fn many_ends(&self, q: &Coordinates<Self>) -> Expr {
+            (0..self.n())
+                .map(|i| {
+                    if i < 3 || i + 2 >= self.n() {
+                        self.k * (i + 1) as f64 * q.s[i].powi(2)
+                    } else {
+                        self.k * q.s[i].powi(4)
+                    }
+                })
+                .sum()
+        }
+        #[output]
+        fn root_of_squares(&self, q: &Coordinates<Self>) -> Expr {
+            let sum: Expr = (0..self.n()).map(|i| q.s[i].powi(2)).sum();
+            sum.sqrt()
+        }
+    }
+}
+
+#[test]
+fn around_and_from_branches() {
+    let (m, k) = (0.4, 2.0);
+    let family = |nodes| Periodic { nodes, m, k };
+    compare(&family(7), &Periodic7 { m, k }, 0.5);
+    check_sizes(0.5, family);
+}
+
+twice! {
+    /// Beads on a belt that runs, as T and V.
+    Belt: (s: [_; self.nodes]) { pub m: f64, pub k: f64, pub v: f64 }
+    Belt5: (s: [_; 5]) { pub m: f64, pub k: f64, pub v: f64 } = 5;
+    {
+        #[kinetic]
+        fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+            (0..self.n())
+                .map(|i| 0.5 * (self.m + 0.1 * i as f64) * (q.s[i].dt() + self.v * q.s[i] + 1.0).powi(2))
+                .sum()
+        }
+        #[potential]
+        fn springs(&self, q: &Coordinates<Self>) -> Expr {
+            (1..self.n()).map(|i| 0.5 * self.k * (q.s[i] - q.s[i - 1]).powi(2)).sum()
+        }
+    }
+}
+
+twice! {
+    /// Particles of the plane in a magnetic field, as a Lagrangian.
+    Charges: (x: [_; self.nodes], y: [_; self.nodes]) { pub m: f64, pub k: f64, pub b: f64 }
+    Charges4: (x: [_; 4], y: [_; 4]) { pub m: f64, pub k: f64, pub b: f64 } = 4;
+    {
+        #[lagrangian]
+        fn lagrangian(&self, q: &Coordinates<Self>) -> Expr {
+            (0..self.n())
+                .map(|i| {
+                    let (x, y) = (q.x[i], q.y[i]);
+                    0.5 * self.m * (x.dt().powi(2) + y.dt().powi(2)) + self.b * (x * y.dt() - y * x.dt())
+                        - 0.5 * self.k * (x - 0.3 * i as f64).powi(4)
+                })
+                .sum()
+        }
+    }
+}
+
+#[test]
+fn terms_linear_in_velocities() {
+    let (m, k, v) = (0.4, 2.0, 0.7);
+    let (family, literal) = (Belt { nodes: 5, m, k, v }, Belt5 { m, k, v });
+    assert!(!Belt::CONSERVATIVE, "T + V varies, T - V has terms linear in velocities");
+    let (t, potential) = (Belt5::kinetic, Belt5::springs);
+    compare_with(&family, &literal, 0.5, |state| {
+        let jets = <Belt5 as dynamics::model::Model>::coordinates_with(state, &Default::default(), &[]);
+        EnergyParts { kinetic: t(&literal, &jets).value(), potential: potential(&literal, &jets).value() }
+    });
+    let (family, literal) = (Charges { nodes: 4, m, k, b: 0.6 }, Charges4 { m, k, b: 0.6 });
+    assert!(Charges::CONSERVATIVE && Charges::VELOCITY_FORCES);
+    compare_with(&family, &literal, 0.5, |state| {
+        let kinetic = 0.5 * m * state.u().norm_squared();
+        EnergyParts { kinetic, potential: literal.energy_function(state) - kinetic }
+    });
 }

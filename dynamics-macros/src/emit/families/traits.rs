@@ -66,7 +66,7 @@ pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> T
         const _: () = {
             use #private::families::loops as __loops;
             // Whatever the user calls by these names.
-            use #private::{Ok, f64, isize, usize};
+            use #private::{f64, isize, usize};
             #forces
             #energies
             impl #families::FamilyModel for #model {
@@ -134,10 +134,8 @@ pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> T
 
 /// The body of `ends`.
 fn ends(surface: &Surface, compiled: &CompiledFamilies) -> TokenStream {
-    let families = {
-        let private = surface.private();
-        quote!(#private::families)
-    };
+    let private = surface.private();
+    let families = quote!(#private::families);
     let family = &compiled.family;
     let counts = family.counts.iter().zip(&family.least).map(|(count, least)| {
         let (name, least) = (field(count), usize::try_from(*least).unwrap_or_default());
@@ -171,7 +169,7 @@ fn ends(surface: &Surface, compiled: &CompiledFamilies) -> TokenStream {
         #(#reads)*
         let (mut __ends, mut __end) = (#families::Vec::new(), 0usize);
         #(#lengths)*
-        Ok(__ends)
+        #private::Ok(__ends)
     }
 }
 

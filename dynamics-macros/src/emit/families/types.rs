@@ -2,6 +2,7 @@
 
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
+use syn::Ident;
 
 use super::super::{Slot, Surface, docs, local, plain, quiet};
 
@@ -16,6 +17,11 @@ fn described(slot: &Slot) -> String {
     let nodes = if slot.family { ", node by node" } else { "" };
     let unit = if slot.unit.is_empty() { String::new() } else { format!(", in {}", slot.unit) };
     format!("{nodes}{unit}")
+}
+
+/// The user's name, or that of the rate. A raw name is raw only where it stands alone.
+fn name_of(slot: &Slot, suffix: &str) -> Ident {
+    if suffix.is_empty() { slot.name.clone() } else { format_ident!("{}{suffix}", slot.name) }
 }
 
 fn coordinates(surface: &Surface) -> TokenStream {
@@ -59,7 +65,7 @@ fn state(surface: &Surface) -> TokenStream {
     let values = quote!(#private::families::Vec<#f64>);
     let accessors = surface.coordinates.iter().enumerate().map(|(k, slot)| {
         let of = |suffix: &str, all: &str| {
-            let (read, all) = (format_ident!("{}{suffix}", slot.name), format_ident!("{all}"));
+            let (read, all) = (name_of(slot, suffix), format_ident!("{all}"));
             let what = if suffix.is_empty() { "" } else { "rate of " };
             let doc = format!("The {what}`{}`{}.", slot.text(), described(slot));
             if slot.family {
@@ -150,7 +156,7 @@ fn builder(surface: &Surface) -> TokenStream {
     let value = local("value");
     let setters = surface.coordinates.iter().enumerate().map(|(k, slot)| {
         let of = |suffix: &str, method: &str| {
-            let (setter, method) = (format_ident!("{}{suffix}", slot.name), format_ident!("{method}"));
+            let (setter, method) = (name_of(slot, suffix), format_ident!("{method}"));
             let what = if suffix.is_empty() { "" } else { "the rate of " };
             let doc = format!("Sets {what}`{}`{}.", slot.text(), described(slot));
             let (ty, values) = if slot.family {

@@ -65,12 +65,12 @@ pub(super) struct Plane {
 }
 
 /// Φ and Φ_q D at a state.
-pub(super) struct Local {
+pub(super) struct LocalRows {
     values: Vec<f64>,
     pub(super) jacobian: Vec<Vec<f64>>,
 }
 
-impl Local {
+impl LocalRows {
     /// What gives every row the length 1.
     pub(super) fn weights(&self) -> Vec<f64> {
         let length = |row: &Vec<f64>| norm(row);
@@ -91,7 +91,7 @@ impl<'r> Projection<'r> {
         Self { rows, tape: Tape::new(&rows.graph, &nodes), chosen, scale, plane: None }
     }
 
-    pub(super) fn local(&self, state: &Sample, buffer: &mut Vec<f64>) -> Local {
+    pub(super) fn local(&self, state: &Sample, buffer: &mut Vec<f64>) -> LocalRows {
         self.tape.run(&self.rows.graph, state, buffer);
         let mut values: Vec<f64> = self.chosen.iter().map(|r| buffer[self.rows.values[*r].index()]).collect();
         let row = |r: &usize| {
@@ -108,7 +108,7 @@ impl<'r> Projection<'r> {
             values.push(far - distance);
             jacobian.push(direction.clone());
         }
-        Local { values, jacobian }
+        LocalRows { values, jacobian }
     }
 
     /// The same rows and one more.
@@ -159,7 +159,7 @@ impl<'r> Projection<'r> {
         for _ in 0..REFINEMENTS {
             self.descend(&mut state, &mut buffer)?;
         }
-        let Local { values, jacobian } = self.local(&state, &mut buffer);
+        let LocalRows { values, jacobian } = self.local(&state, &mut buffer);
         let slope =
             |row: &Vec<f64>| norm(&row.iter().zip(&self.scale).map(|(x, s)| x / s).collect::<Vec<f64>>());
         Some(values.iter().zip(&jacobian).map(|(value, row)| value.abs() / slope(row)).collect())
@@ -198,7 +198,7 @@ impl<'r> Projection<'r> {
     }
 
     /// −D Jᵀ(J Jᵀ + μI)⁻¹WΦ over D, with J = WΦ_q D.
-    fn step(&self, local: &Local, weight: &[f64], residual: &[f64], damping: f64) -> Option<Vec<f64>> {
+    fn step(&self, local: &LocalRows, weight: &[f64], residual: &[f64], damping: f64) -> Option<Vec<f64>> {
         let rows: Vec<Vec<f64>> =
             local.jacobian.iter().zip(weight).map(|(row, w)| row.iter().map(|x| x * w).collect()).collect();
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
