@@ -1,6 +1,6 @@
 //! The driver: one line per pass, two error checkpoints.
 
-use dynamics_symbolic::families::{Derived, FamilyModel, Range, Underivable};
+use dynamics_symbolic::families::{Derived, FamilyModel, NoElement, Range};
 use dynamics_symbolic::graph::NodeId;
 use proc_macro2::{TokenStream, TokenTree};
 use quote::ToTokens;
@@ -111,8 +111,8 @@ fn families(
         Err(reasons) => {
             for reason in reasons {
                 let (message, origin) = match reason {
-                    Underivable::MassMoves { function, origin } => (messages::mass_moves(function), origin),
-                    Underivable::NotQuadratic { function, origin } => {
+                    NoElement::MassMoves { function, origin } => (messages::mass_moves(function), origin),
+                    NoElement::NotQuadratic { function, origin } => {
                         (messages::energy_not_quadratic(function), origin)
                     }
                 };

@@ -13,7 +13,7 @@ mod shift;
 mod text;
 mod verify;
 
-pub use derive::{Derived, Element, Underivable, derive};
+pub use derive::{Derived, Element, NoElement, derive};
 pub use model::{Anchor, FamilyModel, Field, Local, NodeIndex, Range, Source, Term, TermKind};
 pub use shift::interior_forces;
 pub use text::{equations, operations, report};

@@ -45,7 +45,7 @@ pub struct Derived {
 
 /// Why a model with families has no equations of motion yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Underivable {
+pub enum NoElement {
     /// The mass matrix is not constant.
     MassMoves {
         /// The kinetic energy.
@@ -66,7 +66,7 @@ pub enum Underivable {
 ///
 /// # Errors
 /// A kinetic energy whose mass matrix is not constant.
-pub fn derive(model: &mut FamilyModel) -> Result<Derived, Vec<Underivable>> {
+pub fn derive(model: &mut FamilyModel) -> Result<Derived, Vec<NoElement>> {
     let mut groups: BTreeMap<Option<Range>, Vec<usize>> = BTreeMap::new();
     for (k, term) in model.terms.iter().enumerate() {
         groups.entry(term.range).or_default().push(k);
@@ -110,7 +110,7 @@ fn add(
     element: &mut Element,
     k: usize,
     homogeneous: &mut bool,
-) -> Option<Underivable> {
+) -> Option<NoElement> {
     let n = model.locals.len();
     let term = &model.terms[k];
     let (function, origin) = (term.function.clone(), term.origin);
@@ -146,10 +146,10 @@ fn add(
                 // `slopes` has −∂p/∂u.
                 let m = g.neg(m);
                 if g.dependence(m).on(Dependence::RATES) {
-                    return Some(Underivable::NotQuadratic { function, origin });
+                    return Some(NoElement::NotQuadratic { function, origin });
                 }
                 if !g.dependence(m).within(Dependence::PARAMETERS) {
-                    return Some(Underivable::MassMoves { function, origin });
+                    return Some(NoElement::MassMoves { function, origin });
                 }
                 add_entry(g, &mut element.mass, a, b, m);
                 own_mass.push((a, b, m));

@@ -71,13 +71,14 @@ pub fn verify(
         }
     }
     let same = |a: NodeId, b: NodeId| g.fingerprint(a) == g.fingerprint(b);
-    for (row, force) in forces.iter().enumerate() {
-        if !same(*force, equations.generalized_force[row]) {
+    for (row, (own, known)) in forces.iter().zip(&equations.generalized_force).enumerate() {
+        if !same(*own, *known) {
             return Err(differs(row, "Q"));
         }
-        // A mass matrix that the unrolled model leaves out is compared through nothing else here: its
-        // counts are small, and it is not left out.
-        for (column, known) in equations.mass_matrix.get(row).into_iter().flatten().enumerate() {
+    }
+    // The unrolled model is small: its mass matrix is never left out.
+    for (row, entries) in equations.mass_matrix.iter().enumerate() {
+        for (column, known) in entries.iter().enumerate() {
             if !same(mass.get(&(row, column)).copied().unwrap_or(zero), *known) {
                 return Err(differs(row, "M"));
             }

@@ -74,6 +74,11 @@ impl Graph {
     pub fn is_one(&self, id: NodeId) -> bool {
         self.fingerprint(id) == Fingerprint::ONE
     }
+    /// Whether two nodes are opposite.
+    #[must_use]
+    pub fn are_opposite(&self, a: NodeId, b: NodeId) -> bool {
+        self.fingerprint(a) == self.fingerprint(b).neg()
+    }
     /// Whether a node is a number or depends on parameters alone.
     #[must_use]
     pub fn is_constant(&self, id: NodeId) -> bool {

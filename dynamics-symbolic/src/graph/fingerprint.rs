@@ -93,9 +93,7 @@ impl Fingerprint {
     pub(crate) fn add(self, o: Self) -> Self {
         Self([add(self.0[0], o.0[0]), add(self.0[1], o.0[1])])
     }
-    /// The value of −a.
-    #[must_use]
-    pub fn neg(self) -> Self {
+    pub(crate) fn neg(self) -> Self {
         Self(self.0.map(|a| if a == 0 { 0 } else { P - a }))
     }
     pub(crate) fn sub(self, o: Self) -> Self {

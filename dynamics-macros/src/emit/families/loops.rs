@@ -439,13 +439,11 @@ impl<'a> Loops<'a> {
         let graph = &self.family.model.graph;
         let mut buffers: Vec<NodeId> = Vec::new();
         let used = element.forces.iter().map(|(_, node)| {
-            let own = graph.fingerprint(*node);
             for (k, known) in buffers.iter().enumerate() {
-                let known = graph.fingerprint(*known);
-                if known == own {
+                if graph.fingerprint(*known) == graph.fingerprint(*node) {
                     return (k, false);
                 }
-                if known == own.neg() {
+                if graph.are_opposite(*known, *node) {
                     return (k, true);
                 }
             }
