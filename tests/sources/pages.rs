@@ -8,7 +8,8 @@ use std::path::Path;
 const MAPS: &[&str] = &["ARCHITECTURE.md", "CONTRIBUTING.md", "tests/README.md"];
 
 /// Short forms of ARCHITECTURE.md: `runtime/` stands for `dynamics-runtime/src/`.
-const CRATES: &[&str] = &["simd", "symbolic", "vocabulary", "macros", "view", "runtime", "analysis"];
+const CRATES: &[&str] =
+    &["simd", "symbolic", "vocabulary", "macros", "view", "runtime", "analysis", "families"];
 
 fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))

@@ -24,7 +24,7 @@ use super::declare::SymbolKind;
 use super::integer_types::TypeOf;
 use super::operators::Operator;
 use super::scope::Flow;
-use super::values::{Added, Condition, Numbered, Scalar, Total, UnitOf, Value};
+use super::values::{Addend, Condition, Numbered, Scalar, Total, UnitOf, Value};
 use crate::diagnostics::Place;
 use crate::messages;
 use crate::syntax::{FieldKind, MOST_OFFSET, Role};
@@ -662,7 +662,7 @@ impl<'a> Elaborator<'a> {
         for (range, variables) in made {
             let Value::Tuple(variables) = variables else { continue };
             let Some(Value::Accumulator(added)) = variables.get(k) else { return Value::Poison };
-            for Added { value, at } in added.iter() {
+            for Addend { value, at } in added.iter() {
                 let value = match range {
                     Some(range) => {
                         let rest = self.nothing_like(value);
@@ -697,7 +697,7 @@ impl<'a> Elaborator<'a> {
         let new = if value.is_poison() {
             Value::Poison
         } else {
-            Value::Accumulator(Rc::new(added.iter().cloned().chain([Added { value, at }]).collect()))
+            Value::Accumulator(Rc::new(added.iter().cloned().chain([Addend { value, at }]).collect()))
         };
         if let Some(variable) = self.frame().find_mut(&name) {
             *variable = new;
@@ -717,11 +717,11 @@ impl<'a> Elaborator<'a> {
     pub(super) fn select_added(
         &mut self,
         condition: &Condition,
-        then: &[Added],
-        otherwise: &[Added],
+        then: &[Addend],
+        otherwise: &[Addend],
         at: Place,
     ) -> Value {
-        let alike = |(a, b): &(&Added, &Added)| same(&a.value, &b.value);
+        let alike = |(a, b): &(&Addend, &Addend)| same(&a.value, &b.value);
         let before = then.iter().zip(otherwise).take_while(alike).count();
         let mut all = then[..before].to_vec();
         let (then, otherwise) = (&then[before..], &otherwise[before..]);
@@ -729,7 +729,7 @@ impl<'a> Elaborator<'a> {
             return Value::Accumulator(Rc::new(all));
         };
         let nothing = self.nothing_like(&one.value);
-        let mut sum = |all: &[Added]| {
+        let mut sum = |all: &[Addend]| {
             all.iter().fold(nothing.clone(), |sum, added| {
                 self.arithmetic(Operator::Add, sum, added.value.clone(), added.at)
             })
@@ -738,7 +738,7 @@ impl<'a> Elaborator<'a> {
         match self.select(condition, &then, &otherwise, at) {
             Value::Poison => Value::Poison,
             value => {
-                all.push(Added { value, at: span });
+                all.push(Addend { value, at: span });
                 Value::Accumulator(Rc::new(all))
             }
         }

@@ -94,7 +94,7 @@ pub(super) enum Value {
     /// A sum over an index.
     Total(Rc<Total>),
     /// A variable to which the rounds of a loop add.
-    Accumulator(Rc<Vec<Added>>),
+    Accumulator(Rc<Vec<Addend>>),
     /// `q.s` of a family.
     Family(usize),
     /// `self.mass` of a parameter with an element for every index.
@@ -112,7 +112,7 @@ pub(super) struct Total {
 
 /// What a round of a loop adds to a variable, and where.
 #[derive(Clone, Debug)]
-pub(super) struct Added {
+pub(super) struct Addend {
     pub(super) value: Value,
     pub(super) at: Span,
 }
