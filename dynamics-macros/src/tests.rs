@@ -14,7 +14,7 @@ mod sizes;
 mod units;
 mod vocabulary;
 
-use crate::compile::{CompiledModel, compile};
+use crate::compile::{Compiled, CompiledModel, compile};
 
 /// Compiles two strings.
 pub(crate) fn try_model(
@@ -22,13 +22,17 @@ pub(crate) fn try_model(
     implementation: &str,
 ) -> Result<CompiledModel, Vec<(String, String)>> {
     let parse = |text: &str| text.parse().expect("a test's tokens are tokens");
-    compile(parse(declaration), parse(implementation)).map_err(|errors| {
-        let describe = |error: syn::Error| {
-            let at = error.span().source_text().unwrap_or_default();
-            (at, error.to_string())
-        };
-        errors.into_iter().map(describe).collect()
-    })
+    match compile(parse(declaration), parse(implementation)) {
+        Ok(Compiled::Model(model)) => Ok(*model),
+        Ok(Compiled::Families(_)) => Err(vec![(String::new(), "the model has families".to_owned())]),
+        Err(errors) => {
+            let describe = |error: syn::Error| {
+                let at = error.span().source_text().unwrap_or_default();
+                (at, error.to_string())
+            };
+            Err(errors.into_iter().map(describe).collect())
+        }
+    }
 }
 
 /// Compiles two strings that make a model.
