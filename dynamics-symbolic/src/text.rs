@@ -21,6 +21,7 @@ pub use latex::Latex;
 pub use listing::listing;
 pub use plain::Plain;
 pub use program::{Line, Style, lines};
+pub(crate) use report::entry;
 pub use report::report;
 pub use series::{series_entry, series_section, unexpandable};
 pub use target::{Level, Target, Text};

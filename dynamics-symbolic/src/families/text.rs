@@ -2,15 +2,11 @@
 
 use crate::graph::{NodeId, Symbol};
 use crate::schedule::{Staging, schedule};
-use crate::text::statements;
+use crate::text::{entry, statements};
 
 use super::derive::{Derived, Element};
 use super::model::{Anchor, FamilyModel, NodeIndex, Range, Source};
 use super::shift::shifted;
-
-/// Columns of a line of the report, and of its headings.
-const WIDTH: usize = 96;
-const HEADING_WIDTH: usize = 20;
 
 /// The equations of motion: for every field a row for each range of nodes that have the same one. A row of an
 /// ordinary coordinate is followed by what every round adds to it. May add nodes to the graph.
@@ -233,24 +229,4 @@ pub fn operations(family: &FamilyModel, derived: &Derived) -> usize {
         program.cost.total() + results.len()
     };
     rounds.map(cost).sum()
-}
-
-fn entry(out: &mut String, heading: &str, text: &str) {
-    let mut line = format!("{heading:HEADING_WIDTH$}");
-    let mut empty = true;
-    for word in text.split(' ') {
-        if !empty && line.chars().count() + 1 + word.chars().count() > WIDTH {
-            out.push_str(line.trim_end());
-            out.push('\n');
-            line = " ".repeat(HEADING_WIDTH);
-            empty = true;
-        }
-        if !empty {
-            line.push(' ');
-        }
-        line.push_str(word);
-        empty = false;
-    }
-    out.push_str(line.trim_end());
-    out.push('\n');
 }

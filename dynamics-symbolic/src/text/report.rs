@@ -55,7 +55,7 @@ pub fn report(
 }
 
 /// A heading with its text, wrapped under itself.
-pub(super) fn entry(out: &mut String, heading: &str, text: &str) {
+pub(crate) fn entry(out: &mut String, heading: &str, text: &str) {
     let mut line = format!("{heading:HEADING_WIDTH$}");
     let mut empty = true;
     for word in text.split(' ') {
