@@ -181,7 +181,7 @@ pub trait FamilyModel: Described + Sized + Sync + 'static {
     fn stiffness(&self, at: View<'_>, add: &mut Entries<'_>);
     /// The entries of −∂Q/∂u at a state; none without velocity forces.
     fn damping(&self, at: View<'_>, add: &mut Entries<'_>);
-    /// Time jets at a state with accelerations as given: what outputs and drawings are called with. Allocates.
+    /// Time jets at a state with these accelerations: what outputs and drawings are called with. Allocates.
     fn coordinates(state: &Self::State, accelerations: &[f64]) -> Self::Coordinates;
     /// The values of an output, by its index in [`FamilyModel::OUTPUTS`]; none where there is no such.
     fn output(&self, index: usize, q: &Self::Coordinates) -> Vec<f64>;

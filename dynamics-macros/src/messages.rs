@@ -129,8 +129,8 @@ catalogue! {
         its coordinates a name of its own";
     length_of_family(length, most) "`{length}` is no length of a family; write `self.n`, `self.n + k` or \
         `self.n - k`, with k at most {most}";
-    family_as_list(found) "a loop runs over a range or an array, not over {found}; loop over `0..self.n`, and \
-        read the nodes by their index";
+    family_as_list(found) "a loop runs over a range or an array, not over {found}; loop over `0..self.n`, \
+        and read the nodes by their index";
     index_form(what, most) "`{what}` makes no index; an index of a family is `i + k`, `i - k`, `self.n + k`, \
         `self.n - k` or a number, with k at most {most}";
     index_far(index, most) "`{index}` is too far from the first node; a number among indices is at most \

@@ -169,8 +169,8 @@ fn add(
                     (&mut element.kinetic, *id)
                 }
                 _ => {
-                    // T = ½ uᵀM u, V = p·u − L − T, so that terms with u alone, whose forces do no work, are in
-                    // neither.
+                    // T = ½ uᵀM u, V = p·u − L − T, so that terms with u alone, whose forces do no work, are
+                    // in neither.
                     let mut kinetic = g.zero();
                     for (a, b, m) in &own_mass {
                         let (u, v) = (g.symbol(Symbol::Rate(*a as u32)), g.symbol(Symbol::Rate(*b as u32)));

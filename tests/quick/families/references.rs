@@ -292,7 +292,8 @@ impl Beam {
     }
 }
 
-/// A moment of 2π EI/L at the tip rolls the beam up: a regular polygon, its tip at the clamp, for every count.
+/// A moment of 2π EI/L at the tip rolls the beam up: a regular polygon, its tip at the clamp, for every
+/// count.
 #[test]
 fn a_moment_rolls_a_beam_up() {
     let tau = 2.0 * core::f64::consts::PI;

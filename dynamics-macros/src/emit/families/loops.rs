@@ -5,8 +5,8 @@
 //! Both loops run over exact slices and vectorise; a loop that scatters does not. Forces that are opposite
 //! share a buffer. A block that all rounds cover, which all are but those at the ends, needs no sums in
 //! memory: its nodes gather and are written in one loop. Where elements are cheap, such a block needs no
-//! buffers either: every node makes its elements again. What an element gives to a node that is the same in every round is a sum over its rounds;
-//! every round is counted in the block that holds its index. What has no rounds is added at the end.
+//! buffers either: every node makes its elements again. What an element gives to a node that is the same in
+//! every round is a sum over its rounds; every round is counted in the block that holds its index. What has no rounds is added at the end.
 
 use std::collections::BTreeMap;
 

@@ -226,7 +226,10 @@ fn places(surface: &Surface, compiled: &CompiledFamilies) -> TokenStream {
     let lines = compiled.places.iter().map(|(function, range)| {
         let (text, start, end) = (plain(function), anchor(range.start), anchor(range.end));
         quote! {
-            (#text, (#start..#end).map(|__i| __loops::Place::place(&self.#function(__q, __i as usize))).collect())
+            (
+                #text,
+                (#start..#end).map(|__i| __loops::Place::place(&self.#function(__q, __i as usize))).collect(),
+            )
         }
     });
     quote! {
@@ -265,10 +268,14 @@ pub(crate) fn family_fallback(surface: &Surface) -> TokenStream {
                 const OPERATIONS: #private::usize = 0;
                 const REPORT: &'static #str = "";
                 const EQUATIONS: &'static #str = "";
-                fn ends(&self) -> #private::Result<#families::Vec<#private::usize>, #families::SizeError> { #never }
+                fn ends(&self) -> #private::Result<#families::Vec<#private::usize>, #families::SizeError> {
+                    #never
+                }
                 fn forces(&self, _: #families::View<'_>, _: &mut [#f64]) { #never }
                 fn scaled_forces(&self, _: #families::View<'_>, _: &[#f64], _: &mut [#f64]) { #never }
-                fn kick(&self, _: #f64, _: &[#f64], _: &[#f64], _: &[#f64], _: #f64, _: &mut [#f64]) { #never }
+                fn kick(&self, _: #f64, _: &[#f64], _: &[#f64], _: &[#f64], _: #f64, _: &mut [#f64]) {
+                    #never
+                }
                 fn energies(&self, _: #families::View<'_>) -> #families::EnergyParts { #never }
                 fn mass(&self, _: &mut #families::Entries<'_>) { #never }
                 fn stiffness(&self, _: #families::View<'_>, _: &mut #families::Entries<'_>) { #never }

@@ -133,7 +133,8 @@ fn state(surface: &Surface) -> TokenStream {
         #[automatically_derived]
         impl #private::families::FamilyState for #name {
             fn new(
-                t: #f64, q: #values, u: #values, inputs: #values, ends: #private::families::Vec<#private::usize>,
+                t: #f64, q: #values, u: #values, inputs: #values,
+                ends: #private::families::Vec<#private::usize>,
             ) -> Self {
                 Self { values: #private::families::Values { t, q, u, inputs, ends } }
             }
@@ -215,8 +216,8 @@ fn builder(surface: &Surface) -> TokenStream {
             /// The state as it was set.
             ///
             /// # Errors
-            /// Where a count or a parameter's length does not suit the model, where a family got more or fewer
-            /// values than it has nodes, or where a value is not finite.
+            /// Where a count or a parameter's length does not suit the model, where a family got more or
+            /// fewer values than it has nodes, or where a value is not finite.
             #vis fn build(self) -> #private::Result<#state, #private::families::FamilyStateError> {
                 self.given.build(self.model)
             }

@@ -133,7 +133,9 @@ pub(super) fn draw(surface: &Surface) -> TokenStream {
     quote! {
         #private::if_alloc! {
             impl #private::Draw for #model {
-                fn draw(&self, #q: &<Self as #private::Described>::Coordinates) -> #private::Drawing { #drawing }
+                fn draw(&self, #q: &<Self as #private::Described>::Coordinates) -> #private::Drawing {
+                    #drawing
+                }
             }
         }
     }
