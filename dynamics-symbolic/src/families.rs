@@ -2,7 +2,8 @@
 //!
 //! Energies of such models are sums over an index. What is derived is one element of each sum: its forces,
 //! its inertia, its stiffness. The graph holds an element's own symbols: `s[i]` and `s[i + 1]` are two
-//! coordinates of it, wherever i is. A back end prints loops over i.
+//! coordinates of it, wherever i is. A back end prints loops over i. The nodes of a grid have two indices, and
+//! their elements two loops, one inside the other.
 //!
 //! Flow: `model` ← `derive` ← `shift` ← `text`; `derive` ← `verify`. `verify` compares the elements, put
 //! together, with the same model unrolled at small counts, which went through the whole pipeline of ordinary
@@ -14,8 +15,10 @@ mod shift;
 mod text;
 mod verify;
 
-pub use derive::{Derived, Element, NoElement, derive};
-pub use model::{Anchor, FamilyModel, Field, Local, NodeIndex, Range, Source, Term, TermKind};
+pub use derive::{Derived, Element, Gathering, NoElement, derive};
+pub use model::{
+    Anchor, Axis, FamilyModel, Field, Local, NodeIndex, Range, Rounds, Source, Term, TermKind,
+};
 pub use shift::interior_forces;
 pub use text::{equations, operations, report};
 pub use verify::{Mismatch, verify};
