@@ -173,7 +173,8 @@ pub mod __private {
         pub use core::iter::IntoIterator;
         pub use dynamics_families::loops::{self, output_values};
         pub use dynamics_families::model::{
-            EnergyParts, Entries, FamilyModel, FamilyState, Field, Length, OutputDeclaration, SizeError, View,
+            EnergyParts, Entries, FamilyModel, FamilyState, Field, Length, OutputDeclaration, Places, SizeError,
+            Sizes, View,
         };
         pub use dynamics_families::state::{FamilyStateError, GivenState, Values};
         pub use std::vec::Vec;

@@ -7,7 +7,7 @@ use crate::failure::FamilyErrorKind;
 use crate::linalg::bordered::{Bordered, Factors, Kind};
 use crate::linalg::order::Layout;
 use crate::mass::coordinate_name;
-use crate::model::{FamilyModel, View};
+use crate::model::{FamilyModel, Sizes, View};
 
 /// The matrix and its factors.
 pub(crate) struct Tangent {
@@ -36,7 +36,7 @@ impl Tangent {
     pub(crate) fn new<M: FamilyModel>(
         model: &M,
         at: View<'_>,
-        ends: &[usize],
+        ends: &Sizes,
     ) -> Result<Self, FamilyErrorKind> {
         let mut pattern = |visit: &mut dyn FnMut(usize, usize)| {
             model.mass(&mut |i, j, _| visit(i, j));
@@ -92,7 +92,7 @@ impl Tangent {
     }
 
     /// Factors the matrix in whatever way is possible.
-    pub(crate) fn factor<M: FamilyModel>(&mut self, ends: &[usize]) -> Result<(), FamilyErrorKind> {
+    pub(crate) fn factor<M: FamilyModel>(&mut self, ends: &Sizes) -> Result<(), FamilyErrorKind> {
         self.uses_lu = !self.matrix.is_symmetric() || self.ldl.factor(&self.matrix, Kind::Positive).is_err();
         if !self.uses_lu {
             return Ok(());

@@ -58,7 +58,7 @@ impl Elaborator<'_> {
         }
         match columns {
             Some(_) => Value::GridRow(field, index),
-            None => self.local(Local::of(field as u32, index)),
+            None => self.node(Local::of(field as u32, index)),
         }
     }
 
@@ -77,7 +77,7 @@ impl Elaborator<'_> {
         if !self.reaches(&name, index, columns, false, at) {
             return Value::Poison;
         }
-        self.local(Local { column: Some(index), ..Local::of(field as u32, row) })
+        self.node(Local { column: Some(index), ..Local::of(field as u32, row) })
     }
 
     /// A value as an index of a node; `None` where it is none, which is reported.
@@ -90,7 +90,7 @@ impl Elaborator<'_> {
     }
 
     /// The coordinate of elements that a node is.
-    fn local(&mut self, local: Local) -> Value {
+    fn node(&mut self, local: Local) -> Value {
         let Numbered { name, unit, unit_text, place } = self.families.coordinates[local.field as usize].clone();
         let known = self.families.found.locals.iter().position(|known| *known == local);
         let number = known.unwrap_or_else(|| {
