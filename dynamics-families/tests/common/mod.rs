@@ -3,7 +3,7 @@
 use dynamics_families::generated::sum;
 use dynamics_families::model::{
     Described, EnergyParts, Entries, FamilyModel, FamilyState, Field, Length, OutputDeclaration, Quantity,
-    SizeError, Sizes, View,
+    Places, SizeError, Sizes, View,
 };
 
 /// A state without names.
@@ -198,9 +198,9 @@ impl<const CONSISTENT: bool> FamilyModel for Bar<CONSISTENT> {
             _ => Vec::new(),
         }
     }
-    fn places(&self, q: &Jets) -> Vec<(&'static str, Vec<[f64; 3]>)> {
+    fn places(&self, q: &Jets) -> Vec<Places> {
         let place = |i: usize| [self.h() * (i + 1) as f64 + q.q[i], 0.0, 0.0];
-        vec![("node", (0..q.q.len()).map(place).collect())]
+        vec![Places { function: "node", points: (0..q.q.len()).map(place).collect(), columns: None }]
     }
 }
 
@@ -409,10 +409,10 @@ impl FamilyModel for GuitarString {
     fn output(&self, index: usize, q: &Jets) -> Vec<f64> {
         if index == 0 { vec![q.q[self.nodes + self.nodes / 2]] } else { Vec::new() }
     }
-    fn places(&self, q: &Jets) -> Vec<(&'static str, Vec<[f64; 3]>)> {
+    fn places(&self, q: &Jets) -> Vec<Places> {
         let n = self.nodes;
         let place = |i: usize| [self.pitch * (i + 1) as f64 + q.q[i], q.q[n + i], 0.0];
-        vec![("place", (0..n).map(place).collect())]
+        vec![Places { function: "place", points: (0..n).map(place).collect(), columns: None }]
     }
 }
 

@@ -263,7 +263,7 @@ pub(crate) fn check_alone<M: FamilyModel>(model: &M, size: f64) {
 /// Nodes at the ends of fields, at those of blocks, and some between.
 fn probed<S: FamilyState>(state: &S) -> Vec<usize> {
     let (mut all, mut start) = (Vec::new(), 0);
-    for &end in state.ends() {
+    for &end in state.ends().iter() {
         let places = [0, 1, 2, 100, 254, 255, 256, 257, 258, 511, 512, 513];
         all.extend(places.iter().map(|k| start + k).filter(|k| *k < end));
         all.extend((1..=3).filter(|k| end - start >= *k).map(|k| end - k));
