@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::linalg::bordered::{Bordered, Factors, Kind};
 use crate::linalg::order::{Layout, NotBanded};
-use crate::model::{FamilyModel, Length};
+use crate::model::{FamilyModel, Length, View};
 
 /// M, in the form in which it is inverted.
 #[derive(Clone, Debug)]
@@ -56,6 +56,23 @@ impl Mass {
         let mut factors = Factors::new(&layout, Kind::Positive);
         factors.factor(&matrix, Kind::Positive).map_err(MassProblem::NotPositive)?;
         Ok(Self::Banded(Box::new((matrix, factors))))
+    }
+
+    /// M⁻¹Q at a state. `memory` has as many places.
+    pub(crate) fn accelerations<M: FamilyModel>(
+        &self,
+        model: &M,
+        at: View<'_>,
+        a: &mut [f64],
+        memory: &mut [f64],
+    ) {
+        match self {
+            Self::Diagonal(inverse) => model.scaled_forces(at, inverse, a),
+            Self::Banded(parts) => {
+                model.forces(at, a);
+                parts.1.solve(a, memory);
+            }
+        }
     }
 
     /// Its structure in words.
