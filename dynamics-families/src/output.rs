@@ -144,7 +144,7 @@ impl<M: FamilyModel> FamilyMotion<'_, M> {
     fn lines(&self, state: &M::State) -> Vec<(Vec<[f64; 3]>, bool)> {
         // Places are made of coordinates; what is made of accelerations is not a number.
         let unknown = vec![f64::NAN; state.q().len()];
-        let places = self.model.places(&M::coordinates(state, &unknown));
+        let places = self.model.places(&M::coordinates(state, &unknown, crate::model::Multipliers::default()));
         places.into_iter().flat_map(lines_of).collect()
     }
 }

@@ -5,20 +5,24 @@
 //! coordinates of it, wherever i is. A back end prints loops over i. The nodes of a grid have two indices, and
 //! their elements two loops, one inside the other.
 //!
-//! Flow: `model` ← `derive` ← `shift` ← `text`; `derive` ← `verify`. `verify` compares the elements, put
+//! Flow: `model`, `slopes` ← `rows` ← `derive` ← `shift` ← `text`; `derive` ← `verify`. `verify` compares the elements, put
 //! together, with the same model unrolled at small counts, which went through the whole pipeline of ordinary
 //! models.
 
 mod derive;
 mod model;
+mod rows;
 mod shift;
+mod slopes;
 mod text;
 mod verify;
 
 pub use derive::{Derived, Element, Gathering, NoElement, derive};
 pub use model::{
-    Anchor, Axis, FamilyModel, Field, Local, NodeIndex, Range, Rounds, Source, Term, TermKind,
+    Anchor, Axis, FamilyConstraint, FamilyModel, Field, Local, NodeIndex, Range, Rounds, RowPart, Source, Term,
+    TermKind,
 };
+pub use rows::{RowElement, RowTerm};
 pub use shift::interior_forces;
 pub use text::{equations, operations, report};
 pub use verify::{Mismatch, verify};

@@ -1,6 +1,6 @@
 //! What is compared, and how.
 
-use dynamics::families::model::{EnergyParts, FamilyModel, FamilyState, Length, View};
+use dynamics::families::model::{EnergyParts, FamilyModel, FamilyState, Length, Multipliers, View};
 use dynamics::model::{Energies, Linearize, ModelState, Outputs, Vector};
 use nalgebra::DMatrix;
 
@@ -174,7 +174,7 @@ pub(crate) fn compare_with<F: FamilyModel, L: Linearize + Outputs>(
         let mut all = vec![f64::NAN; L::OUTPUTS.len()];
         literal.outputs(&unrolled, &mut all).expect("outputs of a free model");
         let accelerations = literal.accelerations(&unrolled).expect("M has an inverse");
-        let jets = F::coordinates(&state, accelerations.as_slice());
+        let jets = F::coordinates(&state, accelerations.as_slice(), Multipliers::default());
         let own: Vec<f64> = (0..F::OUTPUTS.len()).flat_map(|k| family.output(k, &jets)).collect();
         assert_close("outputs", &own, &all, 1e-12);
         check_passes(family, &state);

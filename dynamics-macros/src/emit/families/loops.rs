@@ -9,7 +9,7 @@ mod grid;
 mod line;
 mod reading;
 
-use dynamics_symbolic::families::{Anchor, Axis, Element, FamilyModel, Gathering, Range, Rounds};
+use dynamics_symbolic::families::{Anchor, Axis, Element, FamilyModel, Gathering, Range, Rounds, RowElement};
 use dynamics_symbolic::graph::NodeId;
 use dynamics_symbolic::schedule::{Staging, schedule};
 use proc_macro2::TokenStream;
@@ -19,13 +19,14 @@ use super::super::program::{Access, straight};
 use super::super::{Surface, function};
 use super::field;
 use crate::compile::CompiledFamilies;
-use reading::Reading;
+pub(super) use reading::Reading;
 
 /// What writes the loops of one model.
 pub(super) struct Loops<'a> {
-    surface: &'a Surface,
-    family: &'a FamilyModel,
+    pub(super) surface: &'a Surface,
+    pub(super) family: &'a FamilyModel,
     elements: &'a [Element],
+    pub(super) rows: &'a [RowElement],
     interior: &'a [Option<NodeId>],
 }
 
@@ -48,6 +49,7 @@ impl<'a> Loops<'a> {
             surface,
             family: &compiled.family,
             elements: &compiled.derived.elements,
+            rows: &compiled.derived.rows,
             interior: &compiled.interior,
         }
     }
@@ -57,7 +59,7 @@ impl<'a> Loops<'a> {
     }
 
     /// An index as an expression of type `isize`.
-    fn anchor(&self, anchor: Anchor) -> TokenStream {
+    pub(super) fn anchor(&self, anchor: Anchor) -> TokenStream {
         match anchor {
             Anchor::Start(k) => {
                 let k = k as isize;
@@ -76,7 +78,7 @@ impl<'a> Loops<'a> {
     }
 
     /// Counts, and where fields begin: `__n0`, `__l0` (length, rows), `__c0` (columns), `__o0` (offset).
-    fn sizes(&self) -> TokenStream {
+    pub(super) fn sizes(&self) -> TokenStream {
         let counts = self.counts().map(|(name, field)| {
             let name = function(&name);
             quote!(let #name = __model.#field as isize;)
@@ -98,7 +100,7 @@ impl<'a> Loops<'a> {
     }
 
     /// The code that computes `roots` of one round: what stands before the rounds, statements, values.
-    fn round(&self, roots: &[NodeId], reading: Reading) -> (TokenStream, TokenStream, Vec<TokenStream>) {
+    pub(super) fn round(&self, roots: &[NodeId], reading: Reading) -> (TokenStream, TokenStream, Vec<TokenStream>) {
         let (before, names) = self.reading(roots, reading);
         let program = schedule(&self.family.model.graph, "element", roots, Staging::Inline);
         let access = Access::of_elements(self.surface, &self.family.model.graph, names);

@@ -13,7 +13,7 @@ use crate::emit::function;
 
 /// Where a round finds what it reads.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Reading {
+pub(in crate::emit::families) enum Reading {
     /// In slices of `__m` rounds from `__lo` on, at `__j`: rounds along this index. Another index has its
     /// name.
     Lanes(Axis),
@@ -23,7 +23,7 @@ pub(super) enum Reading {
 
 impl Reading {
     /// Slices along the innermost index; `None` without rounds.
-    pub(super) fn of_lanes(rounds: Rounds) -> Option<Self> {
+    pub(in crate::emit::families) fn of_lanes(rounds: Rounds) -> Option<Self> {
         match rounds {
             Rounds::Once => None,
             Rounds::Over(_) => Some(Self::Lanes(Axis::First)),
@@ -85,7 +85,7 @@ impl Loops<'_> {
     }
 
     /// Where the node of a local is in q, in the round of these indices.
-    pub(super) fn place(&self, local: Local) -> TokenStream {
+    pub(in crate::emit::families) fn place(&self, local: Local) -> TokenStream {
         let place = self.place_at(local, &|axis| {
             let name = index_name(axis);
             quote!(#name)
