@@ -2,8 +2,8 @@
 
 use dynamics_families::generated::sum;
 use dynamics_families::model::{
-    Described, EnergyParts, Entries, FamilyModel, FamilyState, Field, Length, OutputDeclaration, Quantity,
-    SizeError, View,
+    Described, EnergyParts, Entries, FamilyModel, FamilyState, Field, Length, Multipliers, OutputDeclaration,
+    Quantity, SizeError, View,
 };
 
 /// A state without names.
@@ -187,7 +187,7 @@ impl<const CONSISTENT: bool> FamilyModel for Bar<CONSISTENT> {
         (0..self.elements).for_each(|e| self.add_element(e, [[k, -k], [-k, k]], add));
     }
     fn damping(&self, _: View<'_>, _: &mut Entries<'_>) {}
-    fn coordinates(state: &State, accelerations: &[f64]) -> Jets {
+    fn coordinates(state: &State, accelerations: &[f64], _: Multipliers) -> Jets {
         Jets::new(state, accelerations)
     }
     fn output(&self, index: usize, q: &Jets) -> Vec<f64> {
@@ -282,7 +282,7 @@ impl FamilyModel for Lattice {
         }
     }
     fn damping(&self, _: View<'_>, _: &mut Entries<'_>) {}
-    fn coordinates(state: &State, accelerations: &[f64]) -> Jets {
+    fn coordinates(state: &State, accelerations: &[f64], _: Multipliers) -> Jets {
         Jets::new(state, accelerations)
     }
     fn output(&self, _: usize, _: &Jets) -> Vec<f64> {
@@ -403,7 +403,7 @@ impl FamilyModel for GuitarString {
     fn damping(&self, _: View<'_>, add: &mut Entries<'_>) {
         (self.nodes..2 * self.nodes).for_each(|i| add(i, i, self.damping));
     }
-    fn coordinates(state: &State, accelerations: &[f64]) -> Jets {
+    fn coordinates(state: &State, accelerations: &[f64], _: Multipliers) -> Jets {
         Jets::new(state, accelerations)
     }
     fn output(&self, index: usize, q: &Jets) -> Vec<f64> {
@@ -492,7 +492,7 @@ impl FamilyModel for Trolley {
         }
     }
     fn damping(&self, _: View<'_>, _: &mut Entries<'_>) {}
-    fn coordinates(state: &State, accelerations: &[f64]) -> Jets {
+    fn coordinates(state: &State, accelerations: &[f64], _: Multipliers) -> Jets {
         Jets::new(state, accelerations)
     }
     fn output(&self, _: usize, _: &Jets) -> Vec<f64> {

@@ -10,7 +10,9 @@
 
 use std::collections::BTreeMap;
 
-use dynamics_symbolic::families::{Anchor, Element, FamilyModel, Local, NodeIndex, Range, RowElement, Source};
+use dynamics_symbolic::families::{
+    Anchor, Element, FamilyModel, Local, NodeIndex, Range, RowElement, Source,
+};
 use dynamics_symbolic::graph::{Node, NodeId, Symbol};
 use dynamics_symbolic::schedule::{Staging, schedule};
 use proc_macro2::TokenStream;
@@ -193,7 +195,11 @@ impl<'a> Loops<'a> {
     }
 
     /// The code that computes `roots` of one round: what stands before the rounds, statements, values.
-    pub(super) fn round(&self, roots: &[NodeId], reading: Reading) -> (TokenStream, TokenStream, Vec<TokenStream>) {
+    pub(super) fn round(
+        &self,
+        roots: &[NodeId],
+        reading: Reading,
+    ) -> (TokenStream, TokenStream, Vec<TokenStream>) {
         let (before, names) = self.reading(roots, reading);
         let program = schedule(&self.family.model.graph, "element", roots, Staging::Inline);
         let access = Access::of_elements(self.surface, &self.family.model.graph, names);
