@@ -10,7 +10,7 @@ mod schur;
 use crate::failure::FamilyErrorKind;
 use crate::linalg::order::NotBanded;
 use crate::mass::Mass;
-use crate::model::{FamilyModel, FamilyState, RowValues, View};
+use crate::model::{FamilyModel, FamilyState, RowValues, Sizes, View};
 use runs::Jacobian;
 use saddle::Saddle;
 use schur::Schur;
@@ -100,13 +100,13 @@ impl Rows {
     pub(crate) fn of_model<M: FamilyModel>(
         model: &M,
         mass: &Mass,
-        ends: &[usize],
+        ends: &Sizes,
     ) -> Result<Option<Self>, FamilyErrorKind> {
         Self::new(model, mass, ends)
             .map_err(|_| FamilyErrorKind::NotBanded { matrix: "system of the constraints" })
     }
 
-    fn new<M: FamilyModel>(model: &M, mass: &Mass, ends: &[usize]) -> Result<Option<Self>, NotBanded> {
+    fn new<M: FamilyModel>(model: &M, mass: &Mass, ends: &Sizes) -> Result<Option<Self>, NotBanded> {
         let row_ends = model.row_ends();
         let rows = row_ends.last().copied().unwrap_or(0);
         if rows == 0 {
@@ -361,7 +361,7 @@ pub(crate) fn place_on_constraints<M: FamilyModel>(
     model: &M,
     state: &mut M::State,
 ) -> Result<(), FamilyErrorKind> {
-    let ends = state.ends().to_vec();
+    let ends = state.ends().clone();
     let mass = Mass::new(model, &ends).map_err(|problem| FamilyErrorKind::of_mass::<M>(problem, &ends))?;
     let Some(mut rows) = Rows::of_model(model, &mass, &ends)? else { return Ok(()) };
     let (t, q, u, inputs) = state.parts_mut();
@@ -374,7 +374,7 @@ pub(crate) fn place_on_constraints<M: FamilyModel>(
 pub(crate) fn rows_at<M: FamilyModel>(
     model: &M,
     state: &M::State,
-    ends: &[usize],
+    ends: &Sizes,
 ) -> Result<Option<Rows>, FamilyErrorKind> {
     if M::ROWS.is_empty() {
         return Ok(None);

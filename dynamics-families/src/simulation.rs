@@ -14,7 +14,7 @@ use crate::failure::{FamilyErrorKind, check_state};
 use crate::file::FrameFile;
 use crate::mass::Mass;
 use crate::methods::FamilyMethod;
-use crate::model::{FamilyModel, FamilyState, View};
+use crate::model::{FamilyModel, FamilyState, Sizes, View};
 use crate::modes::{self, FamilyMode};
 use crate::motion::FamilyMotion;
 use crate::record::{Every, Recorder};
@@ -429,7 +429,7 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
         method: FamilyMethod,
         step: f64,
         longest: f64,
-        ends: &[usize],
+        ends: &Sizes,
     ) -> Result<(), FamilyErrorKind> {
         let mut bound = longest * 0.5 * method.stability_border();
         if M::VELOCITY_FORCES && method == FamilyMethod::Rk4 {

@@ -37,8 +37,9 @@ pub(crate) struct CompiledFamilies {
     pub(crate) equations: String,
     /// Names and units of the outputs, and whether they have a value for every index.
     pub(crate) outputs: Vec<(syn::Ident, String, bool)>,
-    /// Helpers `(&self, q, index)` that return places, with the indices for which they are called.
-    pub(crate) places: Vec<(syn::Ident, Range)>,
+    /// Helpers `(&self, q, index)` and `(&self, q, index, index)` that return places, with the indices for
+    /// which they are called.
+    pub(crate) places: Vec<(syn::Ident, Vec<Range>)>,
     pub(crate) constants: Constants,
 }
 
@@ -95,6 +96,20 @@ pub(crate) fn compile(item_struct: TokenStream, item_impl: TokenStream) -> Resul
 /// How many nodes a family has at least where the model is unrolled, beyond what its ends need.
 const UNROLLED_BEYOND_ENDS: i64 = 3;
 
+/// The same for a grid, of which the unrolled model has so many times as many nodes. Counts differ from one
+/// another, so that rows and columns cannot be taken for each other.
+const UNROLLED_GRID: i64 = 2;
+
+/// The counts at which a model is unrolled.
+fn witness_counts(family: &FamilyModel) -> Vec<i64> {
+    let has_grids = family.fields.iter().any(|field| field.columns.is_some());
+    let beyond = |count: usize| match has_grids {
+        true => UNROLLED_GRID + count as i64,
+        false => UNROLLED_BEYOND_ENDS,
+    };
+    family.least.iter().enumerate().map(|(count, least)| least.max(&1) + beyond(count)).collect()
+}
+
 /// A model with families: element by element, and unrolled at small counts. The latter goes through all
 /// checks of ordinary models, and has to have the same equations.
 fn families(
@@ -121,7 +136,7 @@ fn families(
             return Err(diagnostics.finish().err().unwrap_or_default());
         }
     };
-    let counts: Vec<i64> = family.least.iter().map(|least| least.max(&1) + UNROLLED_BEYOND_ENDS).collect();
+    let counts = witness_counts(&family);
     let value = |name: &syn::Ident| {
         let index = family.counts.iter().position(|count| name == count);
         index.map_or(0, |index| counts[index])
@@ -152,7 +167,12 @@ fn families(
     let unit =
         |name: &str| compiled.model.coordinates.iter().find(|c| c.name == name).map(|c| c.unit.clone());
     for field in &mut family.fields {
-        let node = if field.length.is_some() { format!("{}[0]", field.name) } else { field.name.clone() };
+        let first = match (field.length, field.columns) {
+            (None, _) => "",
+            (Some(_), None) => "[0]",
+            (Some(_), Some(_)) => "[0][0]",
+        };
+        let node = format!("{}{first}", field.name);
         field.unit = unit(&node).unwrap_or_default();
     }
     let mut known = compiled.model.constraints.iter();
@@ -170,17 +190,19 @@ fn families(
         (f.name.clone(), known.map(|o| o.unit.clone()).unwrap_or_default(), f.returns_list())
     });
     let outputs = outputs.collect();
-    let mut places: Vec<(syn::Ident, Range)> = Vec::new();
-    for (index, range) in called {
+    let mut places: Vec<(syn::Ident, Vec<Range>)> = Vec::new();
+    for (index, ranges) in called {
         let function = &implementation.functions[index];
         if !function.may_be_place_of_index() || witness.vectors.contains(&function.name) {
             continue;
         }
         match places.iter_mut().find(|(name, _)| *name == function.name) {
-            Some((_, all)) => {
-                *all = Range { start: all.start.min(range.start), end: all.end.max(range.end) };
+            Some((_, known)) => {
+                for (all, range) in known.iter_mut().zip(ranges) {
+                    *all = Range { start: all.start.min(range.start), end: all.end.max(range.end) };
+                }
             }
-            None => places.push((function.name.clone(), range)),
+            None => places.push((function.name.clone(), ranges)),
         }
     }
     let interior = dynamics_symbolic::families::interior_forces(&mut family, &derived.elements);

@@ -11,6 +11,7 @@ use crate::linalg::bordered::{Bordered, Factors, Kind};
 use crate::linalg::order::Layout;
 use crate::linalg::tridiagonal::Tridiagonal;
 use crate::loops::{Pass, in_wide_vectors};
+use crate::model::Sizes;
 
 /// Rows that one coordinate may stand in; where more do, S has no few entries per row.
 const MOST_ROWS_OF_ONE: usize = 64;
@@ -75,7 +76,9 @@ impl Schur {
             let form = Form::Tridiagonal(Tridiagonal::new(rows), vec![0.0; rows]);
             return Some(Self { products: runs.all, values: vec![0.0; 2 * rows], form });
         }
-        let layout = Layout::new(row_ends, &mut |visit| coupled(&mut |i, j, _| visit(i, j))).ok()?;
+        let layout =
+            Layout::new(&Sizes::from(row_ends.to_vec()), &mut |visit| coupled(&mut |i, j, _| visit(i, j)))
+                .ok()?;
         let layout = Arc::new(layout);
         let mut entries: Vec<(u32, u32)> = Vec::new();
         coupled(&mut |row, column, _| entries.push((row as u32, column as u32)));

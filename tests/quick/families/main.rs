@@ -3,4 +3,5 @@
 #![allow(clippy::excessive_precision, reason = "reference values keep their digits")]
 
 mod constraints;
+mod grids;
 mod references;

@@ -3,7 +3,7 @@
 //! Values of the Jacobian lie entry by entry: for every entry of an element the values of all its rounds, one
 //! after the other. `row_pattern` visits them in the same order.
 
-use dynamics_symbolic::families::{RowElement, RowTerm};
+use dynamics_symbolic::families::{Axis, RowElement, RowTerm};
 use dynamics_symbolic::graph::NodeId;
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -146,7 +146,7 @@ impl Loops<'_> {
             parts.into_iter().chain(term.jacobian.iter().map(|(_, node)| *node)).collect()
         };
         let roots: Vec<NodeId> = element.components.iter().flat_map(of).collect();
-        let reading = if element.range.is_some() { Reading::Slices } else { Reading::Index };
+        let reading = if element.range.is_some() { Reading::Lanes(Axis::First) } else { Reading::Index };
         let (before, statements, values) = self.round(&roots, reading);
         let rooms: Vec<_> = (0..roots.len()).map(|k| function(&format!("__g{k}"))).collect();
         let (mut written, mut sums, mut totals) =
