@@ -235,10 +235,7 @@ impl FamilyErrorKind {
 
     /// Whether constraints could not be solved or fulfilled at a state that was tried.
     pub(crate) fn is_of_constraints(&self) -> bool {
-        matches!(
-            self,
-            Self::DependentRows { .. } | Self::RowNotFinite { .. } | Self::NotProjected { .. }
-        )
+        matches!(self, Self::DependentRows { .. } | Self::RowNotFinite { .. } | Self::NotProjected { .. })
     }
 
     /// Whether nothing was computed.

@@ -9,7 +9,6 @@ use core::fmt::Debug;
 
 pub use dynamics_runtime::model::{Described, Quantity};
 
-
 /// A declared coordinate: a family, or an ordinary coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Field {
@@ -143,14 +142,14 @@ pub struct Multipliers {
     pub(crate) ends: Vec<usize>,
 }
 
-/// What rows of constraints have at a state; R rows.
+/// What rows of constraints have at a state; R rows. What is empty is not wanted.
 #[derive(Debug)]
 pub struct RowValues<'a> {
-    /// Φ, R; 0 for nonholonomic rows. To be zero when given: sums over an index are added.
+    /// Φ, R; 0 for nonholonomic rows.
     pub residual: &'a mut [f64],
-    /// Φ̇ = Φ_q q̇ + Φ_t, or A q̇ + b; R, likewise.
+    /// Φ̇ = Φ_q q̇ + Φ_t, or A q̇ + b; R.
     pub velocity_residual: &'a mut [f64],
-    /// γ with Φ_q q̈ = γ; R, likewise.
+    /// γ with Φ_q q̈ = γ; R.
     pub gamma: &'a mut [f64],
     /// Entries of Φ_q and A, in the order of [`FamilyModel::row_pattern`].
     pub jacobian: &'a mut [f64],
@@ -319,11 +318,8 @@ pub trait FamilyModel: Described + Sized + Sync + 'static {
     fn damping(&self, at: View<'_>, add: &mut Entries<'_>);
     /// Time jets at a state with these accelerations: what outputs and drawings are called with. Allocates.
     /// `multipliers` are what reactions are read from.
-    fn coordinates(
-        state: &Self::State,
-        accelerations: &[f64],
-        multipliers: Multipliers,
-    ) -> Self::Coordinates;
+    fn coordinates(state: &Self::State, accelerations: &[f64], multipliers: Multipliers)
+    -> Self::Coordinates;
     /// The values of an output, by its index in [`FamilyModel::OUTPUTS`]; none where there is no such.
     fn output(&self, index: usize, q: &Self::Coordinates) -> Vec<f64>;
     /// The rows of the constraints in order, the holonomic ones first: M q̈ = Q + Φ_qᵀλ, Φ_q q̈ = γ.

@@ -97,9 +97,7 @@ impl<M: FamilyModel> FamilyMotion<'_, M> {
             (None, None) => return Err(FamilyMotionError::UnknownField { name: name.to_string() }),
         };
         let row = |state: &M::State| match (field, output) {
-            (Some(field), _) => {
-                state.q()[ends.range(field)].to_vec()
-            }
+            (Some(field), _) => state.q()[ends.range(field)].to_vec(),
             (None, Some(output)) => self.values_of(output, state),
             (None, None) => Vec::new(),
         };
@@ -144,7 +142,8 @@ impl<M: FamilyModel> FamilyMotion<'_, M> {
     fn lines(&self, state: &M::State) -> Vec<(Vec<[f64; 3]>, bool)> {
         // Places are made of coordinates; what is made of accelerations is not a number.
         let unknown = vec![f64::NAN; state.q().len()];
-        let places = self.model.places(&M::coordinates(state, &unknown, crate::model::Multipliers::default()));
+        let places =
+            self.model.places(&M::coordinates(state, &unknown, crate::model::Multipliers::default()));
         places.into_iter().flat_map(lines_of).collect()
     }
 }

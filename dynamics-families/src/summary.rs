@@ -207,7 +207,10 @@ impl fmt::Display for FamilySummary {
         writeln!(f, "  unknowns     {}; mass matrix {}", Grouped(self.unknowns as u64), self.mass)?;
         if let Some(ConstraintSummary { rows, system, correction, residual }) = &self.constraints {
             writeln!(f, "  constraints  {} rows, {system}", Grouped(*rows as u64))?;
-            writeln!(f, "               corrections to {correction:.1e}, residual of the solution {residual:.1e}")?;
+            writeln!(
+                f,
+                "               corrections to {correction:.1e}, residual of the solution {residual:.1e}"
+            )?;
         }
         writeln!(f, "  method       {}, {}", self.method, self.reason)?;
         writeln!(

@@ -60,8 +60,7 @@ impl Tangent {
             None => Layout::new(ends, &mut pattern),
             Some(rows) => Layout::with_rows(ends, &rows.ends, &mut pattern, &rows.pairs),
         };
-        let layout = layout
-            .map_err(|_| FamilyErrorKind::NotBanded { matrix: "tangent stiffness" })?;
+        let layout = layout.map_err(|_| FamilyErrorKind::NotBanded { matrix: "tangent stiffness" })?;
         let layout = Arc::new(layout);
         let mut mass = Bordered::new(&layout);
         model.mass(&mut |i, j, value| {

@@ -285,7 +285,7 @@ mod tests {
         let layout = Layout::new(&ends.into(), &mut |visit| {
             entries.iter().for_each(|&(i, j, _)| visit(i, j));
         })
-            .expect("banded");
+        .expect("banded");
         assert_eq!((layout.border(), layout.half), (1, 1));
         let layout = Arc::new(layout);
         let mut matrix = Bordered::new(&layout);

@@ -236,7 +236,8 @@ mod tests {
     use super::*;
 
     fn layout(ends: &[usize], pairs: &[(usize, usize)]) -> Layout {
-        Layout::new(&Sizes::from(ends.to_vec()), &mut |visit| pairs.iter().for_each(|&(i, j)| visit(i, j))).expect("banded")
+        Layout::new(&Sizes::from(ends.to_vec()), &mut |visit| pairs.iter().for_each(|&(i, j)| visit(i, j)))
+            .expect("banded")
     }
 
     #[test]

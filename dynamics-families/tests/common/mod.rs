@@ -2,8 +2,8 @@
 
 use dynamics_families::generated::sum;
 use dynamics_families::model::{
-    Described, EnergyParts, Entries, FamilyModel, FamilyState, Field, Length, OutputDeclaration, Quantity,
-    Multipliers, Places, SizeError, Sizes, View,
+    Described, EnergyParts, Entries, FamilyModel, FamilyState, Field, Length, Multipliers, OutputDeclaration,
+    Places, Quantity, SizeError, Sizes, View,
 };
 
 /// A state without names.

@@ -122,7 +122,8 @@ fn quantities(tokens: TokenStream, what: &str, d: &mut Diagnostics) -> Vec<Quant
             continue;
         }
         let Some((unit, lengths)) = quantity(&rest, d) else { continue };
-        let mut new = Quantity { name, length: None, columns: None, family: None, family_columns: None, unit };
+        let mut new =
+            Quantity { name, length: None, columns: None, family: None, family_columns: None, unit };
         match lengths {
             Lengths::None => {}
             Lengths::Literal(n) => new.length = Some(n),

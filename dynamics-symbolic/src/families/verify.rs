@@ -108,7 +108,8 @@ fn verify_rows(
     };
     let zero = g.zero();
     let total = known.rows.len();
-    let (mut own, mut jacobian) = ([vec![zero; total], vec![zero; total], vec![zero; total]], BTreeMap::new());
+    let (mut own, mut jacobian) =
+        ([vec![zero; total], vec![zero; total], vec![zero; total]], BTreeMap::new());
     // The number of the first row of every constraint, and of the one after the last.
     let mut firsts = vec![0];
     for (constraint, declared) in sizes.family.constraints.iter().enumerate() {

@@ -40,8 +40,10 @@ impl Drum {
         for i in 0..self.rows + 1 {
             for j in 0..self.columns + 1 {
                 let w = self.height(q, i, j);
-                let (a, b) =
-                    ((self.height(q, i + 1, j) - w) / self.pitch, (self.height(q, i, j + 1) - w) / self.pitch);
+                let (a, b) = (
+                    (self.height(q, i + 1, j) - w) / self.pitch,
+                    (self.height(q, i, j + 1) - w) / self.pitch,
+                );
                 sum += self.tension * self.pitch.powi(2) * ((1.0 + a * a + b * b).sqrt() - 1.0);
             }
         }

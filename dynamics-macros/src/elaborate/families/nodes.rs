@@ -91,7 +91,8 @@ impl Elaborator<'_> {
 
     /// The coordinate of elements that a node is.
     fn node(&mut self, local: Local) -> Value {
-        let Numbered { name, unit, unit_text, place } = self.families.coordinates[local.field as usize].clone();
+        let Numbered { name, unit, unit_text, place } =
+            self.families.coordinates[local.field as usize].clone();
         let known = self.families.found.locals.iter().position(|known| *known == local);
         let number = known.unwrap_or_else(|| {
             self.families.found.locals.push(local);

@@ -77,12 +77,7 @@ impl<'a> Elaborator<'a> {
     }
 
     /// What is made in a round of these rounds, which may be those that are open.
-    fn in_rounds(
-        &mut self,
-        inside: Rounds,
-        at: Place,
-        round: &mut dyn FnMut(&mut Self) -> Value,
-    ) -> Value {
+    fn in_rounds(&mut self, inside: Rounds, at: Place, round: &mut dyn FnMut(&mut Self) -> Value) -> Value {
         let (outside, scope) = (self.families.rounds, self.families.scope);
         if inside != outside {
             self.families.scopes += 1;
@@ -135,16 +130,15 @@ impl<'a> Elaborator<'a> {
         left.reverse();
         while let Some((rounds, value)) = left.pop() {
             let before = self.frame().scopes.clone();
-            let new = self.in_rounds(rounds, Place::of(closure), &mut |this| {
-                this.closure(closure, value.clone())
-            });
+            let new =
+                self.in_rounds(rounds, Place::of(closure), &mut |this| this.closure(closure, value.clone()));
             match self.families.cut {
                 Some((of, cut)) if outside.range(of).is_none() => {
                     self.families.cut = None;
                     self.frame().scopes = before;
-                    let parts = rounds.range(of).map(|Range { start, end }| {
-                        [Range { start: cut, end }, Range { start, end: cut }]
-                    });
+                    let parts = rounds
+                        .range(of)
+                        .map(|Range { start, end }| [Range { start: cut, end }, Range { start, end: cut }]);
                     let parts = parts.into_iter().flatten();
                     left.extend(parts.filter_map(|part| Some((outside.with_inside(part)?, value.clone()))));
                     continue;

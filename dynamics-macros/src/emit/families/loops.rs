@@ -100,7 +100,11 @@ impl<'a> Loops<'a> {
     }
 
     /// The code that computes `roots` of one round: what stands before the rounds, statements, values.
-    pub(super) fn round(&self, roots: &[NodeId], reading: Reading) -> (TokenStream, TokenStream, Vec<TokenStream>) {
+    pub(super) fn round(
+        &self,
+        roots: &[NodeId],
+        reading: Reading,
+    ) -> (TokenStream, TokenStream, Vec<TokenStream>) {
         let (before, names) = self.reading(roots, reading);
         let program = schedule(&self.family.model.graph, "element", roots, Staging::Inline);
         let access = Access::of_elements(self.surface, &self.family.model.graph, names);
@@ -193,9 +197,8 @@ impl<'a> Loops<'a> {
         statements: &TokenStream,
         values: &[TokenStream],
     ) -> TokenStream {
-        let named = |name: &str| -> Vec<_> {
-            (0..places.len()).map(|k| function(&format!("__{name}{k}"))).collect()
-        };
+        let named =
+            |name: &str| -> Vec<_> { (0..places.len()).map(|k| function(&format!("__{name}{k}"))).collect() };
         let (outs, scales) = (named("y"), named("s"));
         // Fields follow one another in memory.
         let mut slices = TokenStream::new();
@@ -329,7 +332,8 @@ impl<'a> Loops<'a> {
                 let [row, column] = [a, b].map(|a| self.place(self.family.locals[*a]));
                 quote!(__add(#row, #column, #value);)
             });
-            let loops = Axis::ALL.into_iter().rev().filter_map(|axis| Some((axis, element.rounds.range(axis)?)));
+            let loops =
+                Axis::ALL.into_iter().rev().filter_map(|axis| Some((axis, element.rounds.range(axis)?)));
             let rounds = loops.fold(quote!(#statements #(#added)*), |body, (axis, range)| {
                 let (index, (start, end)) = (reading::index_name(axis), self.ends(range));
                 quote!(for #index in #start..#end { #body })

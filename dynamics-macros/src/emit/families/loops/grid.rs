@@ -57,7 +57,8 @@ impl Loops<'_> {
         if self.grids().next().is_none() {
             return TokenStream::new();
         }
-        let (mut rooms, mut depths, mut bounds, mut rounds) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut rooms, mut depths, mut bounds, mut rounds) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mut deepest = 1;
         for (e, element, outer, inner) in self.with_two_loops() {
             let kept = self.kept(element);
@@ -78,9 +79,8 @@ impl Loops<'_> {
         let width = (256 * MOST_ROWS / kept.max(MOST_ROWS)).next_power_of_two().clamp(64, 256);
         let (first, width) = (1 - deepest as isize, width as isize);
         let (room, gathered) = (width as usize + 32, self.grids().map(|field| self.gathered_row(field)));
-        let named = |name: &str| -> Vec<_> {
-            self.grids().map(|k| function(&format!("__{name}{k}"))).collect()
-        };
+        let named =
+            |name: &str| -> Vec<_> { self.grids().map(|k| function(&format!("__{name}{k}"))).collect() };
         let (lengths, columns) = (named("l"), named("c"));
         quote! {
             let (mut __rows, mut __columns) = (0isize, 0isize);

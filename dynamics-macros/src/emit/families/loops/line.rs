@@ -125,12 +125,12 @@ impl Loops<'_> {
         let mut before = TokenStream::new();
         let given = self.gathered_in_line(field);
         for (s, Given { element, offsets: [k, _], buffer, .. }) in given.iter().enumerate() {
-            let (lo, room) = (function(&format!("__lo{element}")), function(&format!("__g{element}_{buffer}")));
+            let (lo, room) =
+                (function(&format!("__lo{element}")), function(&format!("__g{element}_{buffer}")));
             let (name, k) = (function(&format!("__h{s}")), *k as isize);
             before.extend(quote!(let #name = &#room[(__from - #k - #lo) as usize..][..__m];));
         }
-        let written =
-            self.written(&[place(field)], &before, &TokenStream::new(), &[Self::sum_of(&given)]);
+        let written = self.written(&[place(field)], &before, &TokenStream::new(), &[Self::sum_of(&given)]);
         quote!({ let __m = (__to - __from) as usize; #written })
     }
 
@@ -162,7 +162,8 @@ impl Loops<'_> {
                 }
             }
         });
-        let written = self.written(&[place(field)], &TokenStream::new(), &TokenStream::new(), &[quote!(#sum[__j])]);
+        let written =
+            self.written(&[place(field)], &TokenStream::new(), &TokenStream::new(), &[quote!(#sum[__j])]);
         quote! {
             if __from < #length {
                 let mut #sum = [0.0; __loops::BLOCK];

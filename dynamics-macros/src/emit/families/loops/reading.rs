@@ -117,7 +117,11 @@ impl Loops<'_> {
     }
 
     /// What stands before the rounds, and how symbols are written in one.
-    pub(super) fn reading(&self, roots: &[NodeId], reading: Reading) -> (TokenStream, BTreeMap<Symbol, String>) {
+    pub(super) fn reading(
+        &self,
+        roots: &[NodeId],
+        reading: Reading,
+    ) -> (TokenStream, BTreeMap<Symbol, String>) {
         let (mut before, mut names) = (TokenStream::new(), BTreeMap::new());
         let graph = &self.family.model.graph;
         for id in graph.cone(roots) {
