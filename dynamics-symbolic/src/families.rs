@@ -5,9 +5,9 @@
 //! coordinates of it, wherever i is. A back end prints loops over i. The nodes of a grid have two indices, and
 //! their elements two loops, one inside the other.
 //!
-//! Flow: `model`, `slopes` ← `rows` ← `derive` ← `shift` ← `text`; `derive` ← `verify`. `verify` compares the elements, put
-//! together, with the same model unrolled at small counts, which went through the whole pipeline of ordinary
-//! models.
+//! Flow: `model`, `slopes` ← `rows` ← `derive` ← `shift` ← `text`; `derive` ← `verify`. `verify`
+//! compares the elements, put together, with the same model unrolled at small counts, which went through the
+//! whole pipeline of ordinary models.
 
 mod derive;
 mod model;
@@ -19,8 +19,8 @@ mod verify;
 
 pub use derive::{Derived, Element, Gathering, NoElement, derive};
 pub use model::{
-    Anchor, Axis, FamilyConstraint, FamilyModel, Field, Local, NodeIndex, Range, Rounds, RowPart, Source,
-    Term, TermKind,
+    Anchor, Axis, FamilyConstraint, FamilyModel, Field, Local, Multiplier, NodeIndex, Range, Rounds, RowPart,
+    Source, Term, TermKind,
 };
 pub use rows::{RowElement, RowTerm};
 pub use shift::interior_forces;
