@@ -163,19 +163,7 @@ fn families(
         (f.name.clone(), known.map(|o| o.unit.clone()).unwrap_or_default(), f.returns_list())
     });
     let outputs = outputs.collect();
-    let mut places: Vec<(syn::Ident, Range)> = Vec::new();
-    for (index, range) in called {
-        let function = &implementation.functions[index];
-        if !function.may_be_place_of_index() || witness.vectors.contains(&function.name) {
-            continue;
-        }
-        match places.iter_mut().find(|(name, _)| *name == function.name) {
-            Some((_, all)) => {
-                *all = Range { start: all.start.min(range.start), end: all.end.max(range.end) };
-            }
-            None => places.push((function.name.clone(), range)),
-        }
-    }
+    let places = places(&implementation, &called, &witness.vectors);
     let interior = dynamics_symbolic::families::interior_forces(&mut family, &derived.elements);
     let equations = dynamics_symbolic::families::equations(&mut family, &derived);
     let constants = witness.constants;
@@ -191,6 +179,29 @@ fn families(
         places,
         constants,
     })
+}
+
+/// Helpers `(&self, q, index)` that return places, with all indices for which they are called. A helper is
+/// left out where two counts decide which of these is the last: drawings would ask for nodes that are not
+/// there.
+fn places(
+    implementation: &Implementation,
+    called: &[(usize, Range)],
+    vectors: &[syn::Ident],
+) -> Vec<(syn::Ident, Range)> {
+    let mut all: Vec<(usize, Option<Range>)> = Vec::new();
+    for &(index, range) in called {
+        match all.iter_mut().find(|(known, _)| *known == index) {
+            Some((_, whole)) => *whole = whole.and_then(|whole| whole.hull(range)),
+            None => all.push((index, Some(range))),
+        }
+    }
+    let place = |(index, range): (usize, Option<Range>)| {
+        let function = &implementation.functions[index];
+        let is_place = function.may_be_place_of_index() && !vectors.contains(&function.name);
+        Some((function.name.clone(), range.filter(|_| is_place)?))
+    };
+    all.into_iter().filter_map(place).collect()
 }
 
 /// Types of the language of models that only some models name.

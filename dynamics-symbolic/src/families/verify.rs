@@ -14,7 +14,7 @@ use super::model::{FamilyModel, Source};
 pub struct Mismatch {
     /// The coordinate of the unrolled model.
     pub coordinate: String,
-    /// Q or M.
+    /// Q, M, T or V.
     pub what: &'static str,
 }
 
@@ -46,9 +46,13 @@ pub fn verify(
     if i64::try_from(n) != Ok(total) {
         return Err(differs(0, "the number of coordinates"));
     }
+    if equations.mass_matrix.len() != n {
+        // The unrolled model is so small that its mass matrix is never left out.
+        return Err(differs(0, "the size of M"));
+    }
     let g = &mut unrolled.graph;
     let zero = g.zero();
-    let (mut forces, mut mass) = (vec![zero; n], BTreeMap::new());
+    let mut sums = Sums { forces: vec![zero; n], mass: BTreeMap::new(), energies: [zero; 2] };
     for element in &derived.elements {
         let rounds = match element.range {
             Some(range) => range.start.at(counts)..range.end.at(counts),
@@ -56,35 +60,40 @@ pub fn verify(
         };
         for i in rounds {
             let round = Round { family, counts, offsets: &offsets, parameters: &parameters, i };
-            let Some(values) = round.values(g, element) else {
+            if round.add(g, element, &mut sums).is_none() {
                 return Err(Mismatch { coordinate: family.model.name.clone(), what: "a denominator" });
-            };
-            let place = |a: usize| round.coordinate(a as u32) as usize;
-            let (own, rest) = values.split_at(element.forces.len());
-            for ((a, _), value) in element.forces.iter().zip(own) {
-                forces[place(*a)] = g.add(forces[place(*a)], *value);
-            }
-            for ((a, b, _), value) in element.mass.iter().zip(rest) {
-                let sum = mass.entry((place(*a), place(*b))).or_insert(zero);
-                *sum = g.add(*sum, *value);
             }
         }
     }
     let same = |a: NodeId, b: NodeId| g.fingerprint(a) == g.fingerprint(b);
-    for (row, (own, known)) in forces.iter().zip(&equations.generalized_force).enumerate() {
+    for (row, (own, known)) in sums.forces.iter().zip(&equations.generalized_force).enumerate() {
         if !same(*own, *known) {
             return Err(differs(row, "Q"));
         }
     }
-    // The unrolled model is small: its mass matrix is never left out.
     for (row, entries) in equations.mass_matrix.iter().enumerate() {
         for (column, known) in entries.iter().enumerate() {
-            if !same(mass.get(&(row, column)).copied().unwrap_or(zero), *known) {
+            if !same(sums.mass.get(&(row, column)).copied().unwrap_or(zero), *known) {
                 return Err(differs(row, "M"));
             }
         }
     }
+    // A model that gives L directly has no T and V of its own.
+    let Some((kinetic, potential)) = equations.energies else { return Ok(()) };
+    for (own, known, what) in [(sums.energies[0], kinetic, "T"), (sums.energies[1], potential, "V")] {
+        if !same(own, known) {
+            return Err(Mismatch { coordinate: family.model.name.clone(), what });
+        }
+    }
     Ok(())
+}
+
+/// What the elements add up to, as nodes of the unrolled model.
+struct Sums {
+    forces: Vec<NodeId>,
+    mass: BTreeMap<(usize, usize), NodeId>,
+    /// T and V.
+    energies: [NodeId; 2],
 }
 
 /// One round of an element in the unrolled model.
@@ -104,12 +113,13 @@ impl Round<'_> {
         u32::try_from(at).unwrap_or(u32::MAX)
     }
 
-    /// The element's forces and masses as nodes of the unrolled model; `None` where a denominator is zero or
-    /// a parameter is not there.
-    fn values(&self, g: &mut Graph, element: &Element) -> Option<Vec<NodeId>> {
+    /// Adds the element; `None` where a denominator is zero or a parameter is not there.
+    fn add(&self, g: &mut Graph, element: &Element, sums: &mut Sums) -> Option<()> {
         let from = &self.family.model.graph;
+        let energies = [element.kinetic, element.potential];
         let forces = element.forces.iter().map(|(_, node)| *node);
-        let roots: Vec<NodeId> = forces.chain(element.mass.iter().map(|(.., node)| *node)).collect();
+        let mass = element.mass.iter().map(|(.., node)| *node);
+        let roots: Vec<NodeId> = forces.chain(mass).chain(energies.into_iter().flatten()).collect();
         let mut made: BTreeMap<NodeId, NodeId> = BTreeMap::new();
         for id in from.cone(&roots) {
             let node = from.node(id);
@@ -119,7 +129,21 @@ impl Round<'_> {
             };
             made.insert(id, value);
         }
-        Some(roots.iter().map(|root| made[root]).collect())
+        let place = |a: usize| self.coordinate(a as u32) as usize;
+        for (a, force) in &element.forces {
+            let sum = &mut sums.forces[place(*a)];
+            *sum = g.add(*sum, made[force]);
+        }
+        for (a, b, entry) in &element.mass {
+            let sum = sums.mass.entry((place(*a), place(*b))).or_insert_with(|| g.zero());
+            *sum = g.add(*sum, made[entry]);
+        }
+        for (sum, energy) in sums.energies.iter_mut().zip(energies) {
+            if let Some(energy) = energy {
+                *sum = g.add(*sum, made[&energy]);
+            }
+        }
+        Some(())
     }
 
     fn symbol(&self, g: &mut Graph, symbol: Symbol) -> Option<NodeId> {
