@@ -4,4 +4,5 @@
 pub(crate) mod banded;
 pub(crate) mod bordered;
 pub(crate) mod dense;
+pub(crate) mod hermitian;
 pub(crate) mod order;
