@@ -1,0 +1,154 @@
+//! Longitudinal impact of two bars: ρA s'' = EA s', and a contact between their ends.
+//!
+//! A bar of length l hits an equal one at rest with the speed v. A wave runs from the contact into each bar,
+//! with the force ½ v √(EA ρA), and returns from the free ends as tension. Both arrive at 2 l/c: the bars
+//! part, the first one stands still, the second one has the speed v in all of its points. A shorter bar hits a
+//! longer one: it stops as well, after twice its own length, but the longer one then carries a wave, and
+//! flies on with v l₁/l₂ in the mean.
+//!
+//! Source: Saint-Venant (1867); Goldsmith, Impact (1960), chapter 2; Schmerr, Engineering Dynamics 2.0
+//! (2019), chapter 9.
+
+mod common;
+
+use dynamics::output::{Axis, Chart, Panel};
+use dynamics::prelude::*;
+
+/// Two bars on one line, in finite elements with the averaged mass.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(a: [m; self.first + 1], b: [m; self.second + 1])]
+#[units(h: m, ea: N, rho: kg / m, gap: m, contact: N / m, drawn: s)]
+struct Bars {
+    /// Elements of the bar that comes, and of the one that is hit.
+    first: usize,
+    second: usize,
+    /// Length of an element.
+    h: f64,
+    ea: f64,
+    rho: f64,
+    gap: f64,
+    /// Stiffness of the contact.
+    contact: f64,
+    /// A velocity times this is its height in the drawing.
+    drawn: f64,
+}
+
+#[dynamics]
+impl Bars {
+    fn inertia(&self, u: Expr, v: Expr) -> Expr {
+        self.rho * self.h / 24.0 * (5.0 * u * u + 2.0 * u * v + 5.0 * v * v)
+    }
+    fn stretched(&self, by: Expr) -> Expr {
+        0.5 * self.ea / self.h * by.powi(2)
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let first: Expr = (0..self.first).map(|e| self.inertia(q.a[e].dt(), q.a[e + 1].dt())).sum();
+        first + (0..self.second).map(|e| self.inertia(q.b[e].dt(), q.b[e + 1].dt())).sum::<Expr>()
+    }
+    #[potential]
+    fn strain(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = Expr::ZERO;
+        for e in 0..self.first {
+            sum += self.stretched(q.a[e + 1] - q.a[e]);
+        }
+        for e in 0..self.second {
+            sum += self.stretched(q.b[e + 1] - q.b[e]);
+        }
+        sum
+    }
+    /// How deep the ends press into each other; 0 where they are apart.
+    fn depth(&self, q: &Coordinates<Self>) -> Expr {
+        (q.a[self.first] - q.b[0] - self.gap).max(0.0)
+    }
+    #[potential]
+    fn pressed(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.contact * self.depth(q).powi(2)
+    }
+    #[output]
+    fn force(&self, q: &Coordinates<Self>) -> Expr {
+        self.contact * self.depth(q)
+    }
+    #[output]
+    fn momentum_of_first(&self, q: &Coordinates<Self>) -> Expr {
+        (0..self.first).map(|e| 0.5 * self.rho * self.h * (q.a[e] + q.a[e + 1]).dt()).sum()
+    }
+    #[output]
+    fn momentum_of_second(&self, q: &Coordinates<Self>) -> Expr {
+        (0..self.second).map(|e| 0.5 * self.rho * self.h * (q.b[e] + q.b[e + 1]).dt()).sum()
+    }
+    /// Nodes for drawings, with their velocities upwards: a wave is a step.
+    fn first_bar(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
+        vec2(self.h * (i as f64 - self.first as f64) + q.a[i], self.drawn * q.a[i].dt())
+    }
+    fn second_bar(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
+        vec2(self.h * i as f64 + self.gap + q.b[i], self.drawn * q.b[i].dt())
+    }
+    #[output]
+    fn first_drawn(&self, q: &Coordinates<Self>) -> Vec<Vec2> {
+        (0..=self.first).map(|i| self.first_bar(q, i)).collect()
+    }
+    #[output]
+    fn second_drawn(&self, q: &Coordinates<Self>) -> Vec<Vec2> {
+        (0..=self.second).map(|i| self.second_bar(q, i)).collect()
+    }
+}
+
+fn main() -> common::Outcome {
+    let (h, ea, speed) = (0.005, 2.5e6, 5000.0);
+    let bars = |first, second| {
+        let rho = ea / (speed * speed);
+        Bars { first, second, h, ea, rho, gap: 5e-5, contact: ea / h, drawn: 0.2 }
+    };
+    println!("{}", Bars::REPORT);
+    let mut files = common::Files::of("impact_of_bars");
+    let mut forces = Panel::new(Axis::new("time in ms"), Axis::new("force in the contact in N"));
+    let mut momenta = Panel::new(Axis::new("time in ms"), Axis::new("momentum over that of the start"));
+    for (first, second) in [(200, 200), (100, 200)] {
+        let model = bars(first, second);
+        let start = model.state().a_rate(vec![1.0; first + 1]).build()?;
+        let motion = model.simulate(start).until(7e-4).tolerance(1e-8).record(Every::time(1e-6)).run()?;
+        let all = |name: &str| {
+            let value =
+                |frame: dynamics::families::Frame<'_, _>| Ok((frame.t, motion.output(name, frame.t)?));
+            motion
+                .frames()
+                .map(value)
+                .collect::<Result<Vec<(f64, f64)>, dynamics::families::FamilyMotionError>>()
+        };
+        let force = all("force")?;
+        let [own, other] = [all("momentum_of_first")?, all("momentum_of_second")?];
+        let total = own[0].1;
+        let touching = force.iter().filter(|(_, force)| *force > 0.0).map(|(t, _)| *t);
+        let (begin, end) = touching.fold((f64::INFINITY, 0.0f64), |(a, b), t| (a.min(t), b.max(t)));
+        let expected = 2.0 * first as f64 * h / speed;
+        let (_, plateau) = force[force.iter().position(|(t, _)| *t > begin + 0.5 * expected).unwrap_or(0)];
+        let left = own[own.len() - 1].1 / total;
+        println!(
+            "bars of {first} and {second} elements: in contact for {:.1} us, 2 l/c = {:.1} us",
+            1e6 * (end - begin),
+            1e6 * expected
+        );
+        println!(
+            "  force {plateau:.1} N, 1/2 v EA/c = {:.1} N; the first bar keeps {left:.4} of its momentum",
+            0.5 * ea / speed
+        );
+        assert!(((end - begin) / expected - 1.0).abs() < 0.03 && left.abs() < 5e-3);
+        assert!((plateau / (0.5 * ea / speed) - 1.0).abs() < 0.02);
+        assert!(((own[own.len() - 1].1 + other[other.len() - 1].1) / total - 1.0).abs() < 1e-9);
+        println!("{}", motion.summary());
+        let scaled =
+            |all: &[(f64, f64)], by: f64| all.iter().map(|(t, y)| (1e3 * t, y / by)).collect::<Vec<_>>();
+        let name = format!("{} m on {} m", first as f64 * h, second as f64 * h);
+        forces = forces.line(name.clone(), scaled(&force, 1.0));
+        momenta = momenta.line(format!("first, {name}"), scaled(&own, total));
+        momenta = momenta.line(format!("second, {name}"), scaled(&other, total));
+        motion.animate(files.path(&format!("impact_{first}_{second}.html")))?;
+    }
+    Chart::new("A bar hits a bar: they part when the waves return from the free ends")
+        .panel(forces)
+        .panel(momenta)
+        .write_svg(files.path("impact.svg"))?;
+    files.list();
+    Ok(())
+}
