@@ -96,26 +96,28 @@ fn main() -> common::Outcome {
             shapes = shapes.line(format!("{} of 2π EI/L", f64::from(step) / 40.0), shape(&state));
         }
     }
-    // A regular polygon: its corners are at the radius 1/(2 n sin(π/n)) from its middle.
+    // A regular polygon: its corners are on a circle that touches the x-axis at the clamp.
     let n = elements as f64;
     let radius = 0.5 / n / (PI / n).sin();
-    let middle = [0.5 / n, radius * (PI / n).cos()];
-    let off = |(x, y): (f64, f64)| ((x - middle[0]).hypot(y - middle[1]) / radius - 1.0).abs();
+    let off = |(x, y): (f64, f64)| (x.hypot(y - radius) / radius - 1.0).abs();
     let tip = |state: &BeamState| state.x()[elements - 1].hypot(state.y()[elements - 1]);
     println!("at 2π EI/L the tip is {:.1e} m from the clamp", tip(&state));
     assert!(tip(&state) < 1e-10 && shape(&state).all(|corner| off(corner) < 1e-9));
 
-    // Slowly raised within 20 s, and let go.
-    let law = |t: f64| if t < 20.0 { PI * (1.0 - (PI * t / 20.0).cos()) } else { 0.0 };
+    // Slowly raised within 20 s, held for 1 s, and let go within 2 s.
+    let law = |t: f64| {
+        let part = (t / 20.0).min(1.0).min((23.0 - t) / 2.0).max(0.0);
+        PI * (1.0 - (PI * part).cos())
+    };
     let motion = beam
         .simulate(straight)
         .inputs(move |t, _| [law(t)])
-        .until(24.0)
+        .until(26.0)
         .method(GeneralizedAlpha { rho: 0.8 })
-        .fixed_step(0.01)
+        .fixed_step(0.005)
         .record(Every::time(0.1))
         .run()?;
-    let rolled = motion.nearest(19.9)?.state.ok_or("kept in memory")?;
+    let rolled = motion.nearest(20.5)?.state.ok_or("kept in memory")?;
     let energy = motion.energies_of(rolled).total();
     println!(
         "raised slowly: tip {:.1e} m from the clamp, energy over 2π² EI/L {:.5}",
@@ -128,7 +130,7 @@ fn main() -> common::Outcome {
     let mut files = common::Files::of("rolled_beam");
     let heights = motion.frames().filter_map(|frame| frame.state.map(|state| (frame.t, tip(state))));
     Chart::new(
-        "A beam rolled up by a moment: equilibria, and a motion in which the moment is let go at 20 s",
+        "A beam rolled up by a moment: equilibria, and a motion in which the moment is let go at 21 s",
     )
     .panel(shapes)
     .panel(Panel::new(Axis::new("time in s"), Axis::new("tip to clamp in m")).line("", heights))

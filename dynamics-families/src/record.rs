@@ -78,8 +78,8 @@ pub(crate) struct RecordedFrame<S> {
     pub(crate) outputs: Vec<f64>,
     /// Ordinary coordinates, then their velocities.
     pub(crate) ordinary: Vec<f64>,
-    /// Σ (uᵢ − uᵢ₊₁)²/(4 Σ uᵢ²) of each field.
-    pub(crate) short_waves: Vec<f64>,
+    /// Σ (uᵢ − uᵢ₊₁)²/(4 Σ uᵢ²) of each field, and Σ uᵢ².
+    pub(crate) short_waves: Vec<(f64, f64)>,
 }
 
 /// What the energy did at the ends of steps. States between them are interpolated, and their energy is that
@@ -258,21 +258,21 @@ impl<M: FamilyModel> Recorder<M> {
 }
 
 /// Σ (uᵢ − uᵢ₊₁)²/(4 Σ uᵢ²) of each field: sin²(θ/2) for a wave of phase θ per node, 0 for long waves, 1 for
-/// neighbours that move against each other.
-fn short_waves(ends: &[usize], u: &[f64]) -> Vec<f64> {
+/// neighbours that move against each other. With it Σ uᵢ²: of a field at rest the share is that of rounding.
+fn short_waves(ends: &[usize], u: &[f64]) -> Vec<(f64, f64)> {
     let mut begin = 0;
     let of_field = |&end: &usize| {
         let u = &u[begin..end];
         begin = end;
         if u.len() < 3 {
-            return 0.0;
+            return (0.0, 0.0);
         }
         let all = crate::generated::sum(0..u.len(), |i| u[i] * u[i]);
         let differences = crate::generated::sum(0..u.len() - 1, |i| {
             let difference = u[i] - u[i + 1];
             difference * difference
         });
-        if all > 0.0 { differences / (4.0 * all) } else { 0.0 }
+        (if all > 0.0 { differences / (4.0 * all) } else { 0.0 }, all)
     };
     ends.iter().map(of_field).collect()
 }

@@ -168,8 +168,11 @@ fn banded(
 ) -> Option<Vec<(&'static str, String)>> {
     let g = &mut family.model.graph;
     let (above, below) = (sum(g, stiffness, kappa), sum(g, mass, kappa));
-    let relation = quotient(g, above, below)?;
-    let mut entries = vec![("dispersion", format!("omega^2 = {}", text(family, relation)?))];
+    let relation = crate::text::quotient(&mut family.model, above, below)?;
+    if relation.len() > LONGEST {
+        return None;
+    }
+    let mut entries = vec![("dispersion", format!("omega^2 = {relation}"))];
     if stiffness.len() > 2 || mass.len() > 2 {
         return Some(entries);
     }
@@ -181,17 +184,25 @@ fn banded(
                 false => g.add(sum, *entry),
             })
         };
-        let (above, below) = (at(stiffness), at(mass));
-        quotient(g, above, below)
+        (at(stiffness), at(mass))
     };
-    let (first, last) = (end(false)?, end(true)?);
-    let both = [first, last].map(|value| text(family, value));
-    if let [Some(first), Some(last)] = both {
+    let ends = [end(false), end(true)];
+    let squares = ends.map(|(above, below)| crate::text::quotient(&mut family.model, above, below));
+    if let [Some(first), Some(last)] = squares {
         entries.push(("omega^2", format!("between {first} at kappa = 0 and {last} at kappa = pi")));
     }
-    let both = [first, last].map(|value| longest_step(family, value));
-    if let [Some(first), Some(last)] = both {
-        steps.push(format!("{first} and h <= {last}"));
+    // The step that a vanishing frequency permits is any.
+    let moving = ends.into_iter().filter(|(above, _)| !family.model.graph.is_zero(*above));
+    let mut bounds = Vec::new();
+    for (above, below) in moving.collect::<Vec<_>>() {
+        let g = &mut family.model.graph;
+        let four = g.integer(4);
+        let above_step = g.mul(four, below);
+        bounds.extend(crate::text::quotient(&mut family.model, above_step, above));
+    }
+    if !bounds.is_empty() {
+        let roots: Vec<String> = bounds.iter().map(|square| format!("sqrt({square})")).collect();
+        steps.push(roots.join("; h <= "));
     }
     Some(entries)
 }
