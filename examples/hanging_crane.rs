@@ -40,10 +40,8 @@ impl Crane {
     }
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.trolley * q.cart.dt().powi(2)
-            + (1..=self.beads)
-                .map(|i| 0.5 * self.mass(i) * self.place(q, i).dt().norm_squared())
-                .sum::<Expr>()
+        let rope = (1..=self.beads).map(|i| 0.5 * self.mass(i) * self.place(q, i).dt().norm_squared());
+        0.5 * self.trolley * q.cart.dt().powi(2) + rope.sum::<Expr>()
     }
     #[potential]
     fn weight(&self, q: &Coordinates<Self>) -> Expr {
@@ -51,12 +49,12 @@ impl Crane {
     }
     #[potential]
     fn strain(&self, q: &Coordinates<Self>) -> Expr {
-        (0..self.beads)
-            .map(|i| {
-                let length = (self.place(q, i + 1) - self.place(q, i)).norm();
-                0.5 * self.ea / self.pitch * (length - self.pitch).powi(2)
-            })
-            .sum()
+        let mut sum = Expr::ZERO;
+        for i in 0..self.beads {
+            let length = (self.place(q, i + 1) - self.place(q, i)).norm();
+            sum += 0.5 * self.ea / self.pitch * (length - self.pitch).powi(2);
+        }
+        sum
     }
     #[force]
     fn drive(&self, q: &Coordinates<Self>) -> Force {
@@ -85,10 +83,7 @@ fn main() -> common::Outcome {
     assert!(modes[0].omega_squared.abs() < 1e-6);
     let omega = modes[1].frequency();
     assert!((omega / 2.199_882_845_698_961_5 - 1.0).abs() < 1e-9);
-    println!(
-        "slowest swing {omega:.6} rad/s, a pendulum of this length {:.6} rad/s",
-        (crane.g / 6.335502f64).sqrt()
-    );
+    println!("slowest swing: {omega:.6} rad/s, with a fixed trolley {:.6}", (9.81f64 / 6.335502).sqrt());
 
     // A push and, later, a pull: the trolley moves and stops.
     let smooth = |t: f64, from: f64| {
@@ -97,23 +92,14 @@ fn main() -> common::Outcome {
     };
     let plain = move |t: f64| smooth(t, 0.2) - smooth(t, 4.2);
     let shaped = move |t: f64| 0.5 * (plain(t) + plain(t - PI / omega));
-    let mut chart = [
-        Panel::new(Axis::new("time in s"), Axis::new("push in N")),
-        Panel::new(Axis::new("time in s"), Axis::new("trolley in m")),
-        Panel::new(Axis::new("time in s"), Axis::new("swing of the load in m")),
-    ];
+    let titles = ["push in N", "trolley in m", "swing of the load in m"];
+    let mut panels = titles.map(|title| Panel::new(Axis::new("time in s"), Axis::new(title)));
     let mut files = common::Files::of("hanging_crane");
     let mut left = Vec::new();
     for (name, law) in [("at once", &plain as &(dyn Fn(f64) -> f64 + Sync)), ("in two halves", &shaped)] {
-        let motion = crane
-            .simulate(start.clone())
-            .inputs(|t, _| [law(t)])
-            .until(14.0)
-            .max_step(0.05)
-            .tolerance(1e-8)
-            .record(Every::time(0.02))
-            .run()?;
-        let mut curves = [Vec::new(), Vec::new(), Vec::new()];
+        let run = crane.simulate(start.clone()).inputs(|t, _| [law(t)]).until(14.0).max_step(0.05);
+        let motion = run.tolerance(1e-8).record(Every::time(0.02)).run()?;
+        let mut curves = [const { Vec::new() }; 3];
         for frame in motion.frames() {
             let cart = frame.state.map_or(f64::NAN, |state| state.cart());
             for (curve, y) in curves.iter_mut().zip([law(frame.t), cart, motion.output("swing", frame.t)?]) {
@@ -123,16 +109,14 @@ fn main() -> common::Outcome {
         let after = curves[2].iter().filter(|(t, _)| *t > 8.0).map(|(_, swing)| swing.abs());
         left.push(after.fold(0.0, f64::max));
         println!("{name}: a swing of {:.4} m is left\n{}", left[left.len() - 1], motion.summary());
-        chart = core::array::from_fn(|k| chart[k].clone().line(name, curves[k].iter().copied()));
+        for (panel, curve) in panels.iter_mut().zip(curves) {
+            *panel = panel.clone().line(name, curve);
+        }
         motion.animate(files.path(&format!("{}.html", name.replace(' ', "_"))))?;
     }
     assert!(left[1] < 0.1 * left[0]);
-    let [push, trolley, swing] = chart;
-    Chart::new("A load on a cable: a push at once, and in two halves with half a period in between")
-        .panel(push)
-        .panel(trolley)
-        .panel(swing)
-        .write_svg(files.path("crane.svg"))?;
+    let chart = Chart::new("A load on a cable: the trolley is pushed at once, and in two halves");
+    panels.into_iter().fold(chart, Chart::panel).write_svg(files.path("crane.svg"))?;
     files.list();
     Ok(())
 }

@@ -35,27 +35,24 @@ struct Bars {
 
 #[dynamics]
 impl Bars {
-    fn inertia(&self, u: Expr, v: Expr) -> Expr {
-        self.rho * self.h / 24.0 * (5.0 * u * u + 2.0 * u * v + 5.0 * v * v)
-    }
-    fn stretched(&self, by: Expr) -> Expr {
-        0.5 * self.ea / self.h * by.powi(2)
-    }
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        let first: Expr = (0..self.first).map(|e| self.inertia(q.a[e].dt(), q.a[e + 1].dt())).sum();
-        first + (0..self.second).map(|e| self.inertia(q.b[e].dt(), q.b[e + 1].dt())).sum::<Expr>()
+        let mut sum = Expr::ZERO;
+        for e in 0..self.first {
+            let (u, v) = (q.a[e].dt(), q.a[e + 1].dt());
+            sum += self.rho * self.h / 24.0 * (5.0 * u * u + 2.0 * u * v + 5.0 * v * v);
+        }
+        for e in 0..self.second {
+            let (u, v) = (q.b[e].dt(), q.b[e + 1].dt());
+            sum += self.rho * self.h / 24.0 * (5.0 * u * u + 2.0 * u * v + 5.0 * v * v);
+        }
+        sum
     }
     #[potential]
     fn strain(&self, q: &Coordinates<Self>) -> Expr {
-        let mut sum = Expr::ZERO;
-        for e in 0..self.first {
-            sum += self.stretched(q.a[e + 1] - q.a[e]);
-        }
-        for e in 0..self.second {
-            sum += self.stretched(q.b[e + 1] - q.b[e]);
-        }
-        sum
+        let first = (0..self.first).map(|e| (q.a[e + 1] - q.a[e]).powi(2)).sum::<Expr>();
+        let second = (0..self.second).map(|e| (q.b[e + 1] - q.b[e]).powi(2)).sum::<Expr>();
+        0.5 * self.ea / self.h * (first + second)
     }
     /// How deep the ends press into each other; 0 where they are apart.
     fn depth(&self, q: &Coordinates<Self>) -> Expr {
