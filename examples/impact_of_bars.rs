@@ -98,7 +98,7 @@ fn main() -> common::Outcome {
     let mut forces = Panel::new(Axis::new("time in ms"), Axis::new("force in the contact in N"));
     let mut momenta = Panel::new(Axis::new("time in ms"), Axis::new("momentum over that of the start"));
     for (first, second) in [(200, 200), (100, 200)] {
-        let model = Bars { first, second, h, ea, rho, gap: 5e-5, contact: ea / h, drawn: 0.2 };
+        let model = Bars { first, second, h, ea, rho, gap: 5e-5, contact: 0.2 * ea / h, drawn: 0.2 };
         let start = model.state().a_rate(vec![1.0; first + 1]).build()?;
         let motion = model.simulate(start).until(7e-4).tolerance(1e-8).record(Every::time(1e-6)).run()?;
         let mut curves = [const { Vec::new() }; 3];
@@ -110,7 +110,8 @@ fn main() -> common::Outcome {
         let [force, mut own, mut other] = curves;
         let total = own[0].1;
         own.iter_mut().chain(&mut other).for_each(|(_, momentum)| *momentum /= total);
-        let touching: Vec<_> = force.iter().filter(|(_, force)| *force > 0.0).collect();
+        // The time for which the force is above half of v Z/2.
+        let touching: Vec<_> = force.iter().filter(|(_, force)| *force > 0.25 * ea / speed).collect();
         let (contact, expected) = (1e-3 * touching.len() as f64, 2e3 * first as f64 * h / speed);
         let middle = &touching[touching.len() / 4..3 * touching.len() / 4];
         let mean = middle.iter().map(|(_, force)| force).sum::<f64>() / middle.len() as f64;
@@ -118,7 +119,7 @@ fn main() -> common::Outcome {
         println!("{first} and {second} elements: in contact for {contact:.3} ms, 2 l/c = {expected:.3} ms");
         println!("  force {mean:.1} N, v Z/2 = {:.1} N; {left:.4} of the momentum stays", 0.5 * ea / speed);
         assert!((contact / expected - 1.0).abs() < 0.02 && (mean / (0.5 * ea / speed) - 1.0).abs() < 0.02);
-        assert!(left.abs() < 5e-3 && (left + gained - 1.0).abs() < 1e-9);
+        assert!(left.abs() < 0.02 && (left + gained - 1.0).abs() < 1e-9);
         println!("{}", motion.summary());
         let name = format!("{} m on {} m", first as f64 * h, second as f64 * h);
         forces = forces.line(name.clone(), force);

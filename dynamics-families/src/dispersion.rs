@@ -31,7 +31,8 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// One of the waves with a given phase per node; there is one for every field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FamilyBranch {
-    /// ω, in radians per unit of time, not negative.
+    /// ω, in radians per unit of time, not negative. Its square is known to the rounding of the largest one;
+    /// where K has first differences alone, as of bars and strings, to its own.
     pub frequency: f64,
     /// dω/dκ, in nodes per unit of time: the speed at which energy moves. Times the distance of two nodes it
     /// is a speed. At ω = 0 it is that of long waves. NaN where rounding hides it.

@@ -14,7 +14,7 @@ use crate::record::{RecordedFrame, ordinary};
 /// Most points of a line that is drawn.
 const MOST_POINTS: usize = 400;
 /// Up to so many points have dots.
-const MOST_DOTS: usize = 40;
+const MOST_DOTS: usize = 24;
 /// Most instants of an animation.
 const MOST_FRAMES: usize = 300;
 

@@ -155,8 +155,8 @@ fn families(
         let node = if field.length.is_some() { format!("{}[0]", field.name) } else { field.name.clone() };
         field.unit = unit(&node).unwrap_or_default();
     }
-    let conserved: Vec<String> =
-        compiled.equations.conserved.iter().map(|c| c.quantity.name.clone()).collect();
+    let all = compiled.equations.conserved.iter();
+    let conserved: Vec<String> = all.map(|c| of_families(&c.quantity.name, &family, &counts)).collect();
     let report = dynamics_symbolic::families::report(&family, &derived, &conserved);
     let outputs = implementation.functions.iter().filter(|f| f.role == Role::Output).map(|f| {
         let known = compiled.model.outputs.iter().find(|output| f.name == output.name.as_str());
@@ -179,6 +179,20 @@ fn families(
         places,
         constants,
     })
+}
+
+/// A name of the unrolled model in which sums over all nodes of a family are sums over i again: `momentum of
+/// sum of s[i]`.
+fn of_families(name: &str, family: &FamilyModel, counts: &[i64]) -> String {
+    let mut name = name.to_owned();
+    for field in &family.fields {
+        let Some(length) = field.length.map(|length| length.at(counts)).filter(|length| *length > 1) else {
+            continue;
+        };
+        let nodes: Vec<String> = (0..length).map(|k| format!("{}[{k}]", field.name)).collect();
+        name = name.replace(&nodes.join(" + "), &format!("sum of {}[i]", field.name));
+    }
+    name
 }
 
 /// Helpers `(&self, q, index)` that return places, with all indices for which they are called. A helper is

@@ -55,8 +55,8 @@ pub(super) fn describe(family: &FamilyModel, derived: &Derived) -> Vec<(&'static
     let shortest = steps.len() == stencil.blocks.len() && !steps.is_empty();
     if shortest {
         steps.dedup();
-        let list = steps.join("; h <= ");
-        entries.push(("longest step", format!("h <= {list}: leapfrog, by nodes between the ends")));
+        let list = steps.join(" and ");
+        entries.push(("longest step", format!("{list} with leapfrog, by the nodes between the ends")));
     }
     let mut where_ = String::from("kappa is the phase per node; all coordinates are zero");
     if !stencil.alike.is_empty() {
@@ -202,7 +202,7 @@ fn banded(
     }
     if !bounds.is_empty() {
         let roots: Vec<String> = bounds.iter().map(|square| format!("sqrt({square})")).collect();
-        steps.push(roots.join("; h <= "));
+        steps.push(roots.join(" and "));
     }
     Some(entries)
 }

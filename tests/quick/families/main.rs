@@ -3,3 +3,4 @@
 #![allow(clippy::excessive_precision, reason = "reference values keep their digits")]
 
 mod references;
+mod waves;
