@@ -48,6 +48,9 @@ pub(crate) fn dispersion<M: FamilyModel>(
     let failed = |kind: FamilyErrorKind| FamilyError::before(kind, state.t());
     let ends = model.ends().map_err(|error| failed(error.into()))?;
     check_state::<M>(state, &ends).map_err(failed)?;
+    if !M::ROWS.is_empty() {
+        return Err(failed(FamilyErrorKind::WavesOfConstraints));
+    }
     let &[phase] = phases else {
         return Err(failed(FamilyErrorKind::PhaseCount { given: phases.len(), needed: 1 }));
     };

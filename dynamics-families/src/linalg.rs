@@ -6,3 +6,4 @@ pub(crate) mod bordered;
 pub(crate) mod dense;
 pub(crate) mod hermitian;
 pub(crate) mod order;
+pub(crate) mod tridiagonal;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::linalg::bordered::{Bordered, Factors, Kind};
 use crate::linalg::order::{Layout, NotBanded};
-use crate::model::{FamilyModel, Length};
+use crate::model::{FamilyModel, Length, View};
 
 /// M, in the form in which it is inverted.
 #[derive(Clone, Debug)]
@@ -58,17 +58,28 @@ impl Mass {
         Ok(Self::Banded(Box::new((matrix, factors))))
     }
 
+    /// M⁻¹Q at a state. `memory` has as many places.
+    pub(crate) fn accelerations<M: FamilyModel>(
+        &self,
+        model: &M,
+        at: View<'_>,
+        a: &mut [f64],
+        memory: &mut [f64],
+    ) {
+        match self {
+            Self::Diagonal(inverse) => model.scaled_forces(at, inverse, a),
+            Self::Banded(parts) => {
+                model.forces(at, a);
+                parts.1.solve(a, memory);
+            }
+        }
+    }
+
     /// Its structure in words.
     pub(crate) fn describe(&self) -> String {
         match self {
             Self::Diagonal(_) => String::from("diagonal"),
-            Self::Banded(parts) => {
-                let layout = &parts.0.layout;
-                match layout.border() {
-                    0 => format!("banded, half width {}", layout.half),
-                    border => format!("banded, half width {}, border of {border}", layout.half),
-                }
-            }
+            Self::Banded(parts) => parts.0.layout.describe(),
         }
     }
 

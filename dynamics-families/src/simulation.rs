@@ -7,6 +7,7 @@ use std::sync::Arc;
 use dynamics_runtime::integrate::Tolerances;
 use dynamics_runtime::simulate::{DEFAULT_MAX_STEPS, DEFAULT_TOLERANCE, OptionError};
 
+use crate::constraints::{row_name, rows_at};
 use crate::dispersion::{self, FamilyBranch};
 use crate::equations::{Equations, Law};
 use crate::error::FamilyError;
@@ -26,6 +27,8 @@ use crate::step_bound;
 const BOUND_ROUNDING: f64 = 1e-9;
 /// Radius of the half disc of h λ, on the side of decay, in which RK4 is stable.
 const RK4_HALF_DISC: f64 = 2.6;
+/// How far a start may be off the constraints, in parts of the size of positions, and of velocities.
+const MOST_OFF: f64 = 1e-6;
 
 /// Values of inputs: an array with a number for each, a number for one input, or a `Vec`.
 pub trait InputRow {
@@ -84,7 +87,9 @@ pub trait SimulateFamilies: FamilyModel {
         let failed = |kind: FamilyErrorKind| FamilyError::before(kind, state.t());
         let ends = self.ends().map_err(|error| failed(error.into()))?;
         check_state::<Self>(state, &ends).map_err(failed)?;
-        step_bound::longest_step(self, state, state.inputs(), &ends).map_err(failed)
+        let rows = rows_at(self, state, &ends).map_err(failed)?;
+        let multipliers = rows.as_ref().map_or(&[][..], |rows| &rows.multipliers);
+        step_bound::longest_step(self, state, state.inputs(), &ends, multipliers).map_err(failed)
     }
 
     /// The equilibrium that Newton's method with a line search finds from a guess, with the inputs of the
@@ -115,8 +120,9 @@ pub trait SimulateFamilies: FamilyModel {
     /// middle half have to be alike, as those of a uniform bar under a uniform stretch.
     ///
     /// # Errors
-    /// Where the nodes of the middle half are not alike, where the tangent is not symmetric, where a wave
-    /// grows (ω² < 0), where M is not positive definite, and where a family has fewer than three nodes.
+    /// Where the model has constraints, where the nodes of the middle half are not alike, where the tangent is
+    /// not symmetric, where a wave grows (ω² < 0), where M is not positive definite, and where a family has
+    /// fewer than three nodes.
     fn dispersion(
         &self,
         state: &Self::State,
@@ -269,11 +275,18 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
             .map_err(|problem| failed(FamilyErrorKind::of_mass::<M>(problem, &ends)))?;
         let mass = Arc::new(mass);
         let law = self.law.take();
-        let mut equations = Equations::new(self.model, &mass, law.as_ref(), &self.start);
+        let mut equations = Equations::new(self.model, &mass, law.as_ref(), &self.start).map_err(failed)?;
         equations.check_inputs().map_err(|error| failed(error.into()))?;
         equations.set_inputs(time, self.start.q(), self.start.u()).map_err(failed)?;
         self.start.parts_mut().3.copy_from_slice(&equations.inputs);
-        let longest = step_bound::longest_step(self.model, &self.start, &equations.inputs, &ends);
+        self.place_on_constraints(&mut equations).map_err(failed)?;
+        if !M::ROWS.is_empty() {
+            let (q, u) = (self.start.q(), self.start.u());
+            equations.accelerations(time, q, u, &mut vec![0.0; q.len()]).map_err(failed)?;
+        }
+        let multipliers = equations.rows.as_ref().map_or(&[][..], |rows| &rows.multipliers);
+        let longest =
+            step_bound::longest_step(self.model, &self.start, &equations.inputs, &ends, multipliers);
         // Without a bound a step is taken as it is; what then grows without bounds ends the run.
         let longest = longest.ok();
         if let (Some(step), Some(longest)) = (self.fixed, longest) {
@@ -310,6 +323,20 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
         Run::new(equations, recorder, plan, &self.start)
             .go(&mass)
             .map(|record| FamilyMotion { model: self.model, record: Arc::new(record) })
+    }
+
+    /// Moves the start onto the constraints, off which it may be by a little.
+    fn place_on_constraints(&mut self, equations: &mut Equations<'_, '_, M>) -> Result<(), FamilyErrorKind> {
+        let Some(rows) = &mut equations.rows else { return Ok(()) };
+        let (t, q, u, _) = self.start.parts_mut();
+        let found = rows.project(self.model, *t, q, u, &equations.inputs)?;
+        let places = (found.off, found.row, false);
+        match [places, (found.rate_off, found.rate_row, true)].into_iter().find(|at| at.0 > MOST_OFF) {
+            None => Ok(()),
+            Some((_, row, rate)) => {
+                Err(FamilyErrorKind::StartViolates { row: row_name::<M>(&rows.ends, row), rate })
+            }
+        }
     }
 
     /// Options that are numbers; the end.
@@ -372,6 +399,13 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
                 remedy: "choose methods::Rk4 or an adaptive method",
             });
         }
+        if !M::ROWS.is_empty() && (method.is_splitting() || method.is_implicit()) {
+            return Err(FamilyErrorKind::Unsuited {
+                method,
+                reason: "it has constraints",
+                remedy: "choose methods::Rk4 or an adaptive method",
+            });
+        }
         if let FamilyMethod::GeneralizedAlpha { rho } = method
             && !(0.0..=1.0).contains(&rho)
         {
@@ -387,6 +421,9 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
     fn choose_by_model(&self) -> (FamilyMethod, String) {
         let reason = String::from;
         match self.fixed {
+            Some(_) if !M::ROWS.is_empty() => {
+                (FamilyMethod::Rk4, reason("because steps are fixed and constraints hold"))
+            }
             Some(_) if M::CONSERVATIVE && !M::VELOCITY_FORCES => {
                 (FamilyMethod::StormerVerlet, reason("because steps are fixed and energy is conserved"))
             }

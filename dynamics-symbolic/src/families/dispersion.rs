@@ -28,6 +28,10 @@ pub(super) fn describe(family: &FamilyModel, derived: &Derived) -> Vec<(&'static
     if !family.fields.iter().any(|field| field.length.is_some()) {
         return Vec::new();
     }
+    if !family.constraints.is_empty() {
+        let text = "left out: constraints are no part of it; ask `modes(&state, count)`";
+        return vec![("dispersion", text.to_owned())];
+    }
     let mut own = family.clone();
     let stencil = match Stencil::at_rest(&mut own, derived) {
         Ok(stencil) => stencil,

@@ -2,5 +2,6 @@
 #![allow(missing_docs, reason = "models of tests")]
 #![allow(clippy::excessive_precision, reason = "reference values keep their digits")]
 
+mod constraints;
 mod references;
 mod waves;
