@@ -69,7 +69,6 @@ impl Crane {
 
 fn main() -> common::Outcome {
     let crane = Crane { beads: 15, trolley: 5.0, bead: 0.2, load: 10.0, pitch: 0.4, ea: 2000.0, g: 9.81 };
-    println!("{}", Crane::REPORT);
     // Each spring carries what hangs below.
     let mut depth = 0.0;
     let places = (0..crane.beads).map(|i| {
@@ -79,9 +78,7 @@ fn main() -> common::Outcome {
     });
     let start = crane.state().y(places.collect::<Vec<_>>()).push(0.0).build()?;
     // The first mode rolls along, the second is the swing.
-    let modes = crane.modes(&start, 5)?;
-    assert!(modes[0].omega_squared.abs() < 1e-6);
-    let omega = modes[1].frequency();
+    let omega = crane.modes(&start, 5)?[1].frequency();
     assert!((omega / 2.199_882_845_698_961_5 - 1.0).abs() < 1e-9);
     println!("slowest swing: {omega:.6} rad/s, with a fixed trolley {:.6}", (9.81f64 / 6.335502).sqrt());
 

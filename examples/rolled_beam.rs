@@ -74,7 +74,6 @@ impl Beam {
 fn main() -> common::Outcome {
     let elements = 30;
     let beam = Beam { elements, length: 1.0, ea: 1e4, ga: 5e3, ei: 1.0, rho: 1.0, spin: 1e-3 };
-    println!("{}", Beam::REPORT);
     let straight = beam.state().x((1..=elements).map(|i| i as f64 / elements as f64)).moment(0.0).build()?;
     let shape = |state: &BeamState| {
         let nodes = state.x().iter().copied().zip(state.y().iter().copied()).collect::<Vec<_>>();
