@@ -19,7 +19,7 @@ use crate::failure::{FamilyErrorKind, check_state};
 use crate::linalg::hermitian::{Complex, Square};
 use crate::linalg::order::FAR_NODES;
 use crate::mass::coordinate_name;
-use crate::model::{FamilyModel, FamilyState, Length};
+use crate::model::{FamilyModel, FamilyState, Length, Sizes};
 
 /// Relative difference up to which rows of two nodes are alike: places along a long string are rounded.
 const ALIKE: f64 = 1e-6;
@@ -48,8 +48,11 @@ pub(crate) fn dispersion<M: FamilyModel>(
     let failed = |kind: FamilyErrorKind| FamilyError::before(kind, state.t());
     let ends = model.ends().map_err(|error| failed(error.into()))?;
     check_state::<M>(state, &ends).map_err(failed)?;
-    if !M::ROWS.is_empty() {
-        return Err(failed(FamilyErrorKind::WavesOfConstraints));
+    let grid = M::FIELDS.iter().any(|field| matches!(field.length, Length::Grid { .. }));
+    for (there, of) in [(!M::ROWS.is_empty(), "constraints"), (grid, "grids")] {
+        if there {
+            return Err(failed(FamilyErrorKind::WavesUnsupported { of }));
+        }
     }
     let &[phase] = phases else {
         return Err(failed(FamilyErrorKind::PhaseCount { given: phases.len(), needed: 1 }));
@@ -93,7 +96,7 @@ struct Nodes {
     /// How many they are, by family.
     count: Vec<usize>,
     /// Which unknowns they are: family and node, by index in q.
-    ends: Vec<usize>,
+    ends: Sizes,
     families: Vec<usize>,
     /// The number of the first of them, by family.
     number: Vec<usize>,
@@ -101,11 +104,11 @@ struct Nodes {
 
 impl Nodes {
     /// `None` where a family has fewer than three nodes.
-    fn new<M: FamilyModel>(ends: &[usize]) -> Option<Self> {
+    fn new<M: FamilyModel>(ends: &Sizes) -> Option<Self> {
         let begin = |field: usize| if field == 0 { 0 } else { ends[field - 1] };
         let count = |field: usize| match M::FIELDS[field].length {
             Length::Count { count, .. } => Some(count),
-            Length::One => None,
+            Length::One | Length::Grid { .. } => None,
         };
         let families: Vec<usize> = (0..M::FIELDS.len()).filter(|field| count(*field).is_some()).collect();
         let (mut all, mut counts, mut number) = (Vec::new(), Vec::new(), Vec::new());
@@ -121,7 +124,7 @@ impl Nodes {
             counts.push(shortest - 2 * margin);
             number.push(margin);
         }
-        Some(Self { first: all, count: counts, ends: ends.to_vec(), families, number })
+        Some(Self { first: all, count: counts, ends: ends.clone(), families, number })
     }
 
     /// The family, its place among the families, and the number of the node of an unknown.
@@ -137,7 +140,7 @@ impl Nodes {
         self.count[family] / 2
     }
 
-    fn name<M: FamilyModel>(&self, ends: &[usize], family: usize, node: usize) -> String {
+    fn name<M: FamilyModel>(&self, ends: &Sizes, family: usize, node: usize) -> String {
         coordinate_name::<M>(ends, self.first[family] + node)
     }
 }

@@ -8,7 +8,7 @@ use dynamics_runtime::wording::{Grouped, Readable};
 
 use crate::mass::{MassProblem, coordinate_name};
 use crate::methods::FamilyMethod;
-use crate::model::{FamilyModel, FamilyState, SizeError};
+use crate::model::{FamilyModel, FamilyState, SizeError, Sizes};
 
 /// The kinds of failure, with the values needed to act.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -65,7 +65,7 @@ pub enum FamilyErrorKind {
     /// A matrix couples too many distant unknowns.
     #[error(
         "the {matrix} couples more than 256 coordinates that are far apart, so it is no banded matrix with a \
-         border; choose an explicit method"
+         border; choose an explicit method, or a grid whose shorter side is at most 250 coordinates"
     )]
     NotBanded {
         /// `mass matrix`, `tangent stiffness`.
@@ -192,9 +192,12 @@ pub enum FamilyErrorKind {
         /// How many were asked for.
         wanted: usize,
     },
-    /// Waves were asked for of a model with constraints.
-    #[error("waves of models with constraints are not supported; ask `modes`, or use springs")]
-    WavesOfConstraints,
+    /// Waves were asked for of a model with constraints or with two indices.
+    #[error("waves of models with {of} are not supported; ask `modes`")]
+    WavesUnsupported {
+        /// `constraints`, `grids`.
+        of: &'static str,
+    },
     /// Another number of phases than of indices.
     #[error("{given} phases are given; the model has {needed} index, so give {needed}: `[phase]`")]
     PhaseCount {
@@ -258,7 +261,7 @@ fn too_many_steps(limit: &u64, longest: &Option<f64>, f: &mut fmt::Formatter<'_>
 }
 
 impl FamilyErrorKind {
-    pub(crate) fn of_mass<M: FamilyModel>(problem: MassProblem, ends: &[usize]) -> Self {
+    pub(crate) fn of_mass<M: FamilyModel>(problem: MassProblem, ends: &Sizes) -> Self {
         match problem {
             MassProblem::NotPositive(unknown) => {
                 Self::MassNotPositive { coordinate: coordinate_name::<M>(ends, unknown) }
@@ -361,7 +364,7 @@ fn unknown_output(name: &str, suggestion: &Option<String>, f: &mut fmt::Formatte
 sentence_for_debugging!(FamilyMotionError);
 
 /// A state has the model's lengths and its start is finite.
-pub(crate) fn check_state<M: FamilyModel>(state: &M::State, ends: &[usize]) -> Result<(), FamilyErrorKind> {
+pub(crate) fn check_state<M: FamilyModel>(state: &M::State, ends: &Sizes) -> Result<(), FamilyErrorKind> {
     let needed = ends.last().copied().unwrap_or(0);
     if state.q().len() != needed || state.u().len() != needed || state.ends() != ends {
         return Err(FamilyErrorKind::StateLength { given: state.q().len(), needed });

@@ -8,7 +8,7 @@ use dynamics_runtime::{Expr, Vec2, Vec3};
 use dynamics_simd::{Lanes, Task, in_widest_lanes};
 
 pub use crate::generated::{BLOCK, Sum, block_sum};
-use crate::model::{FamilyModel, SizeError};
+use crate::model::SizeError;
 
 /// Rounds of a block: elements reach beyond its nodes, by at most 16 on either side.
 pub const ROUNDS: usize = BLOCK + 32;
@@ -70,7 +70,15 @@ pub fn check_length(parameter: &'static str, length: usize, end: isize) -> Resul
     }
 }
 
-/// Values of an output: of a scalar, a vector or a list of them.
+/// A length as `usize`.
+///
+/// Counts are checked before, so that no length is below 0.
+#[must_use]
+pub fn length(value: isize) -> usize {
+    usize::try_from(value).unwrap_or(0)
+}
+
+/// Values of an output: of a scalar, a vector or a list of them, or of lists, row by row.
 pub trait OutputValues {
     /// Adds its values.
     fn add_to(&self, values: &mut Vec<f64>);
@@ -130,11 +138,4 @@ impl Place for Vec3 {
     fn place(&self) -> [f64; 3] {
         [self.x.value(), self.y.value(), self.z.value()]
     }
-}
-
-/// The lengths of the fields of a state.
-#[must_use]
-pub fn lengths<M: FamilyModel>(ends: &[usize]) -> Vec<usize> {
-    let starts = core::iter::once(0).chain(ends.iter().copied());
-    ends.iter().zip(starts).map(|(end, start)| end - start).collect()
 }

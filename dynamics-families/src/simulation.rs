@@ -15,7 +15,7 @@ use crate::failure::{FamilyErrorKind, check_state};
 use crate::file::FrameFile;
 use crate::mass::Mass;
 use crate::methods::FamilyMethod;
-use crate::model::{FamilyModel, FamilyState, View};
+use crate::model::{FamilyModel, FamilyState, Sizes, View};
 use crate::modes::{self, FamilyMode};
 use crate::motion::FamilyMotion;
 use crate::record::{Every, Recorder};
@@ -120,9 +120,9 @@ pub trait SimulateFamilies: FamilyModel {
     /// middle half have to be alike, as those of a uniform bar under a uniform stretch.
     ///
     /// # Errors
-    /// Where the model has constraints, where the nodes of the middle half are not alike, where the tangent is
-    /// not symmetric, where a wave grows (ω² < 0), where M is not positive definite, and where a family has
-    /// fewer than three nodes.
+    /// Where the model has constraints or grids, where the nodes of the middle half are not alike, where the
+    /// tangent is not symmetric, where a wave grows (ω² < 0), where M is not positive definite, and where a
+    /// family has fewer than three nodes.
     fn dispersion(
         &self,
         state: &Self::State,
@@ -449,7 +449,7 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
         method: FamilyMethod,
         step: f64,
         longest: f64,
-        ends: &[usize],
+        ends: &Sizes,
     ) -> Result<(), FamilyErrorKind> {
         let mut bound = longest * 0.5 * method.stability_border();
         if M::VELOCITY_FORCES && method == FamilyMethod::Rk4 {

@@ -164,7 +164,7 @@ impl<M: FamilyModel> FamilyMotion<'_, M> {
         let frames = &self.record.frames;
         let mut begin = 0;
         let mut waves = Vec::new();
-        for (field, (declared, &end)) in M::FIELDS.iter().zip(self.record.start.ends()).enumerate() {
+        for (field, (declared, &end)) in M::FIELDS.iter().zip(self.record.start.ends().iter()).enumerate() {
             let long = end - begin >= 3;
             begin = end;
             if !long {

@@ -11,7 +11,7 @@ use crate::failure::FamilyErrorKind;
 use crate::linalg::bordered::{Bordered, Factors, Kind};
 use crate::linalg::order::Layout;
 use crate::mass::coordinate_name;
-use crate::model::{FamilyModel, View};
+use crate::model::{FamilyModel, Sizes, View};
 
 /// The matrix and its factors.
 pub(crate) struct Tangent {
@@ -44,7 +44,7 @@ impl Tangent {
     pub(crate) fn new<M: FamilyModel>(
         model: &M,
         at: View<'_>,
-        ends: &[usize],
+        ends: &Sizes,
         rows: Option<&Rows>,
     ) -> Result<Self, FamilyErrorKind> {
         let multipliers = rows.map_or(&[][..], |rows| &rows.multipliers);
@@ -123,7 +123,7 @@ impl Tangent {
     }
 
     /// Factors the matrix in whatever way is possible.
-    pub(crate) fn factor<M: FamilyModel>(&mut self, ends: &[usize]) -> Result<(), FamilyErrorKind> {
+    pub(crate) fn factor<M: FamilyModel>(&mut self, ends: &Sizes) -> Result<(), FamilyErrorKind> {
         self.uses_lu = self.rows > 0
             || !self.matrix.is_symmetric()
             || self.ldl.factor(&self.matrix, Kind::Positive).is_err();
@@ -141,7 +141,7 @@ impl Tangent {
     }
 
     /// The user's name of an unknown; of the last coordinate where it is a row.
-    fn name_of<M: FamilyModel>(&self, ends: &[usize], unknown: usize) -> String {
+    fn name_of<M: FamilyModel>(&self, ends: &Sizes, unknown: usize) -> String {
         coordinate_name::<M>(ends, unknown.min(ends.last().map_or(0, |end| end.saturating_sub(1))))
     }
 

@@ -37,8 +37,9 @@ pub(crate) struct CompiledFamilies {
     pub(crate) equations: String,
     /// Names and units of the outputs, and whether they have a value for every index.
     pub(crate) outputs: Vec<(syn::Ident, String, bool)>,
-    /// Helpers `(&self, q, index)` that return places, with the indices for which they are called.
-    pub(crate) places: Vec<(syn::Ident, Range)>,
+    /// Helpers `(&self, q, index)` and `(&self, q, index, index)` that return places, with the indices for
+    /// which they are called.
+    pub(crate) places: Vec<(syn::Ident, Vec<Range>)>,
     pub(crate) constants: Constants,
 }
 
@@ -95,6 +96,20 @@ pub(crate) fn compile(item_struct: TokenStream, item_impl: TokenStream) -> Resul
 /// How many nodes a family has at least where the model is unrolled, beyond what its ends need.
 const UNROLLED_BEYOND_ENDS: i64 = 3;
 
+/// The same for a grid, of which the unrolled model has so many times as many nodes. Counts differ from one
+/// another, so that rows and columns cannot be taken for each other.
+const UNROLLED_GRID: i64 = 2;
+
+/// The counts at which a model is unrolled.
+fn witness_counts(family: &FamilyModel) -> Vec<i64> {
+    let has_grids = family.fields.iter().any(|field| field.columns.is_some());
+    let beyond = |count: usize| match has_grids {
+        true => UNROLLED_GRID + count as i64,
+        false => UNROLLED_BEYOND_ENDS,
+    };
+    family.least.iter().enumerate().map(|(count, least)| least.max(&1) + beyond(count)).collect()
+}
+
 /// A model with families: element by element, and unrolled at small counts. The latter goes through all
 /// checks of ordinary models, and has to have the same equations.
 fn families(
@@ -121,7 +136,7 @@ fn families(
             return Err(diagnostics.finish().err().unwrap_or_default());
         }
     };
-    let counts: Vec<i64> = family.least.iter().map(|least| least.max(&1) + UNROLLED_BEYOND_ENDS).collect();
+    let counts = witness_counts(&family);
     let value = |name: &syn::Ident| {
         let index = family.counts.iter().position(|count| name == count);
         index.map_or(0, |index| counts[index])
@@ -152,7 +167,12 @@ fn families(
     let unit =
         |name: &str| compiled.model.coordinates.iter().find(|c| c.name == name).map(|c| c.unit.clone());
     for field in &mut family.fields {
-        let node = if field.length.is_some() { format!("{}[0]", field.name) } else { field.name.clone() };
+        let first = match (field.length, field.columns) {
+            (None, _) => "",
+            (Some(_), None) => "[0]",
+            (Some(_), Some(_)) => "[0][0]",
+        };
+        let node = format!("{}{first}", field.name);
         field.unit = unit(&node).unwrap_or_default();
     }
     let mut known = compiled.model.constraints.iter();
@@ -202,25 +222,28 @@ fn of_families(name: &str, family: &FamilyModel, counts: &[i64]) -> String {
     name
 }
 
-/// Helpers `(&self, q, index)` that return places, with all indices for which they are called. A helper is
-/// left out where two counts decide which of these is the last: drawings would ask for nodes that are not
-/// there.
+/// Helpers `(&self, q, index)` and `(&self, q, index, index)` that return places, with all indices for which
+/// they are called. A helper is left out where two counts decide which of these is the last: drawings would
+/// ask for nodes that are not there.
 fn places(
     implementation: &Implementation,
-    called: &[(usize, Range)],
+    called: &[(usize, Vec<Range>)],
     vectors: &[syn::Ident],
-) -> Vec<(syn::Ident, Range)> {
-    let mut all: Vec<(usize, Option<Range>)> = Vec::new();
-    for &(index, range) in called {
-        match all.iter_mut().find(|(known, _)| *known == index) {
-            Some((_, whole)) => *whole = whole.and_then(|whole| whole.hull(range)),
-            None => all.push((index, Some(range))),
+) -> Vec<(syn::Ident, Vec<Range>)> {
+    let mut all: Vec<(usize, Option<Vec<Range>>)> = Vec::new();
+    for (index, ranges) in called {
+        match all.iter_mut().find(|(known, _)| known == index) {
+            Some((_, whole)) => {
+                let hull = |known: &Vec<Range>| known.iter().zip(ranges).map(|(a, b)| a.hull(*b)).collect();
+                *whole = whole.as_ref().and_then(hull);
+            }
+            None => all.push((*index, Some(ranges.clone()))),
         }
     }
-    let place = |(index, range): (usize, Option<Range>)| {
+    let place = |(index, ranges): (usize, Option<Vec<Range>>)| {
         let function = &implementation.functions[index];
         let is_place = function.may_be_place_of_index() && !vectors.contains(&function.name);
-        Some((function.name.clone(), range.filter(|_| is_place)?))
+        Some((function.name.clone(), ranges.filter(|_| is_place)?))
     };
     all.into_iter().filter_map(place).collect()
 }

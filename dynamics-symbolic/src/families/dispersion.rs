@@ -32,6 +32,9 @@ pub(super) fn describe(family: &FamilyModel, derived: &Derived) -> Vec<(&'static
         let text = "left out: constraints are no part of it; ask `modes(&state, count)`";
         return vec![("dispersion", text.to_owned())];
     }
+    if family.fields.iter().any(|field| field.columns.is_some()) {
+        return vec![("dispersion", String::from("left out: nodes have two indices"))];
+    }
     let mut own = family.clone();
     let stencil = match Stencil::at_rest(&mut own, derived) {
         Ok(stencil) => stencil,

@@ -1,41 +1,43 @@
 //! Equations with ranges of indices, and the report.
 
+use std::collections::BTreeMap;
+
 use crate::graph::{NodeId, Symbol};
 use crate::schedule::{Staging, schedule};
 use crate::text::{entry, statements};
 
 use super::derive::{Derived, Element};
 use super::dispersion;
-use super::model::{Anchor, FamilyModel, NodeIndex, Range, Source};
+use super::model::{Anchor, Axis, FamilyModel, Field, Local, NodeIndex, Range, Rounds, Source};
 use super::shift::shifted;
 
-/// The equations of motion: for every field a row for each range of nodes that have the same one. A row of an
-/// ordinary coordinate is followed by what every round adds to it. May add nodes to the graph.
+/// The equations of motion: for every field a row for each range of nodes that have the same one. A row is
+/// followed by what every round adds to it, as to an ordinary coordinate. May add nodes to the graph.
 #[must_use]
 pub fn equations(family: &mut FamilyModel, derived: &Derived) -> String {
     let mut out = format!("{}: equations of motion\n\n", family.model.name);
     let mut rows = Vec::new();
     let counts = family.counts.clone();
-    let rounds =
-        |range: Range| format!("for {} <= i < {}", range.start.text(&counts), range.end.text(&counts));
     for field in 0..family.fields.len() {
-        let Some(ranges) = ranges(family, derived, field as u32) else {
+        let Some(cells) = cells(family, derived, field as u32) else {
             out.push_str("several counts order the nodes: the equations are not written row by row\n");
             return out;
         };
-        for range in ranges {
-            let (left, right) = row(family, derived, field as u32, range, None);
-            let appended = match range.filter(|range| single(*range).is_none()) {
-                Some(range) => format!("    {}", rounds(range)),
-                None => String::new(),
+        for cell in cells {
+            let of_many = |axis: &Axis| cell.range(*axis).is_some_and(|range| single(range).is_none());
+            let ranges = Axis::ALL.into_iter().filter(of_many);
+            let ranges = ranges.filter_map(|axis| cell.range(axis).map(|range| (axis, range)));
+            let appended = match ranges.collect::<Vec<_>>() {
+                all if all.is_empty() => String::new(),
+                all => format!("    {}", in_words(&all, &counts)),
             };
-            rows.push((left, right, appended));
-            for element in derived.elements.iter().filter(|_| range.is_none()) {
-                let Some(of) = element.range else { continue };
-                let (left, right) = row(family, derived, field as u32, range, Some(of));
+            for (summed, (left, right)) in row(family, derived, field as u32, cell) {
                 let g = &family.model.graph;
-                if !g.is_zero(left) || !g.is_zero(right) {
-                    rows.push((left, right, format!("    added {}", rounds(of))));
+                if summed.is_empty() {
+                    rows.push((left, right, appended.clone()));
+                } else if !g.is_zero(left) || !g.is_zero(right) {
+                    let more = format!("{appended}    added {}", in_words(&summed, &counts));
+                    rows.push((left, right, more));
                 }
             }
         }
@@ -44,25 +46,61 @@ pub fn equations(family: &mut FamilyModel, derived: &Derived) -> String {
     out
 }
 
+/// `for 1 <= i < rows, 0 <= j < columns`.
+fn in_words(ranges: &[(Axis, Range)], counts: &[String]) -> String {
+    let words = ranges.iter().map(|(axis, range)| {
+        format!("{} <= {} < {}", range.start.text(counts), axis.name(), range.end.text(counts))
+    });
+    format!("for {}", words.collect::<Vec<_>>().join(", "))
+}
+
 /// The one node of a range that has one.
 fn single(range: Range) -> Option<Anchor> {
     (range.start.shifted(1) == range.end).then_some(range.start)
 }
 
-/// The ranges of a field's nodes within which all have the same equation; `None` where several counts
-/// decide their order. An ordinary coordinate has one row without a range.
-fn ranges(family: &FamilyModel, derived: &Derived, field: u32) -> Option<Vec<Option<Range>>> {
-    let Some(length) = family.fields[field as usize].length else { return Some(vec![None]) };
+/// The index of a field along an axis: its number, or its row and its column.
+fn along(local: Local, axis: Axis) -> Option<NodeIndex> {
+    match axis {
+        Axis::First => Some(local.index),
+        Axis::Second => local.column,
+    }
+}
+
+/// The ranges of a field's nodes within which all have the same equation, of a grid those of its rows and of
+/// its columns. `None` where several counts decide their order, and where the row and the column of a node
+/// have the same index. An ordinary coordinate has no range.
+fn cells(family: &FamilyModel, derived: &Derived, field: u32) -> Option<Vec<Rounds>> {
+    let Field { length, columns, .. } = family.fields[field as usize];
+    let mut cells = vec![Rounds::Once];
+    for (axis, length) in Axis::ALL.into_iter().zip([length, columns]) {
+        let Some(length) = length else { continue };
+        let ranges = ranges(family, derived, field, axis, length)?;
+        let inside = |cell: &Rounds, range| cell.with_inside(range);
+        cells = cells.iter().flat_map(|cell| ranges.iter().filter_map(|r| inside(cell, *r))).collect();
+    }
+    Some(cells)
+}
+
+/// The ranges of a field's nodes along an axis.
+fn ranges(
+    family: &FamilyModel,
+    derived: &Derived,
+    field: u32,
+    axis: Axis,
+    length: Anchor,
+) -> Option<Vec<Range>> {
     let mut cuts = vec![Anchor::Start(0), length];
     for element in &derived.elements {
         let touched = element.forces.iter().map(|(a, _)| *a).chain(element.mass.iter().map(|(a, ..)| *a));
         for local in touched.map(|a| family.locals[a]).filter(|local| local.field == field) {
-            match (local.index, element.range) {
-                (NodeIndex::Round(k), Some(range)) => {
-                    cuts.extend([range.start.shifted(k), range.end.shifted(k)]);
-                }
-                (NodeIndex::Fixed(at), _) => cuts.extend([at, at.shifted(1)]),
-                (NodeIndex::Round(_), None) => {}
+            if let (NodeIndex::Round(a, _), Some(NodeIndex::Round(b, _))) = (local.index, local.column)
+                && a == b
+            {
+                return None;
+            }
+            if let Some(range) = along(local, axis).and_then(|index| index.values(element.rounds)) {
+                cuts.extend([range.start, range.end]);
             }
         }
     }
@@ -78,65 +116,84 @@ fn ranges(family: &FamilyModel, derived: &Derived, field: u32) -> Option<Vec<Opt
     }
     cuts.sort_unstable();
     cuts.dedup();
-    Some(cuts.windows(2).map(|pair| Some(Range { start: pair[0], end: pair[1] })).collect())
+    Some(cuts.windows(2).map(|pair| Range { start: pair[0], end: pair[1] }).collect())
 }
 
-/// M q̈ and Q of the nodes of a range; of an ordinary coordinate what the rounds of one range, or what no
-/// rounds add.
+/// M q̈ and Q of the nodes of a cell. What is summed over an index stands by itself, with the range of that
+/// index.
 fn row(
     family: &mut FamilyModel,
     derived: &Derived,
     field: u32,
-    range: Option<Range>,
-    rounds: Option<Range>,
-) -> (NodeId, NodeId) {
-    let node = match range {
-        None => NodeIndex::Fixed(Anchor::Start(0)),
-        Some(range) => single(range).map_or(NodeIndex::Round(0), NodeIndex::Fixed),
-    };
-    let (mut left, mut right) = (family.model.graph.zero(), family.model.graph.zero());
-    let elements = derived.elements.iter().filter(|e| range.is_some() || e.range == rounds);
-    for element in elements {
+    cell: Rounds,
+) -> BTreeMap<Vec<(Axis, Range)>, (NodeId, NodeId)> {
+    let zero = family.model.graph.zero();
+    let mut all = BTreeMap::from([(Vec::new(), (zero, zero))]);
+    for element in &derived.elements {
         for (a, q) in &element.forces {
-            if let Some(shift) = covers(family, element, *a, field, range) {
-                let q = shifted(family, *q, shift, node);
-                right = family.model.graph.add(right, q);
+            if let Some((round, summed)) = covers(family, element, *a, field, cell) {
+                let q = shifted(family, *q, round);
+                let (_, right) = all.entry(summed).or_insert((zero, zero));
+                *right = family.model.graph.add(*right, q);
             }
         }
         for (a, b, m) in &element.mass {
-            if let Some(shift) = covers(family, element, *a, field, range) {
+            if let Some((round, summed)) = covers(family, element, *a, field, cell) {
                 let acceleration = family.model.graph.symbol(Symbol::Acceleration(*b as u32));
                 let term = family.model.graph.mul(*m, acceleration);
-                let term = shifted(family, term, shift, node);
-                left = family.model.graph.add(left, term);
+                let term = shifted(family, term, round);
+                let (left, _) = all.entry(summed).or_insert((zero, zero));
+                *left = family.model.graph.add(*left, term);
             }
         }
     }
-    (left, right)
+    all
 }
 
-/// By how much the node of a range is further than the round that reaches it by local `a`; `None` where no
-/// round does. An ordinary coordinate, which has no range, is reached by every round.
+/// The indices of the rounds that reach the nodes of a cell by local `a`, in terms of those of the cell; with
+/// indices over which is summed, as an ordinary coordinate is reached by every round. `None` where no round
+/// reaches them.
 fn covers(
     family: &FamilyModel,
     element: &Element,
     a: usize,
     field: u32,
-    range: Option<Range>,
-) -> Option<i64> {
+    cell: Rounds,
+) -> Option<([NodeIndex; 2], Vec<(Axis, Range)>)> {
     let local = family.locals[a];
     if local.field != field {
         return None;
     }
-    match (local.index, element.range, range) {
-        (NodeIndex::Fixed(_), _, None) => Some(0),
-        (NodeIndex::Fixed(at), _, Some(range)) => (single(range) == Some(at)).then_some(0),
-        (NodeIndex::Round(k), Some(of), Some(range)) => {
-            let (start, end) = (of.start.shifted(k), of.end.shifted(k));
-            (start <= range.start && range.end <= end).then_some(k)
+    let mut round: [Option<NodeIndex>; 2] = [None; 2];
+    let mut letters: Vec<Axis> = Axis::ALL.to_vec();
+    for axis in Axis::ALL {
+        let (Some(index), Some(nodes)) = (along(local, axis), cell.range(axis)) else { continue };
+        let reached = index.values(element.rounds)?;
+        if !(reached.start <= nodes.start && nodes.end <= reached.end) {
+            return None;
         }
-        _ => None,
+        let node = match single(nodes) {
+            Some(at) => NodeIndex::Fixed(at),
+            None => {
+                letters.retain(|letter| *letter != axis);
+                NodeIndex::Round(axis, 0)
+            }
+        };
+        if let NodeIndex::Round(of, k) = index {
+            round[of as usize] = Some(node.shifted(-k));
+        }
     }
+    // Indices over which is summed have the letters that are left.
+    let (mut letters, mut summed) = (letters.into_iter(), Vec::new());
+    for (axis, index) in Axis::ALL.into_iter().zip(&mut round) {
+        if let (Some(range), None) = (element.rounds.range(axis), &index) {
+            let letter = letters.next()?;
+            summed.push((letter, range));
+            *index = Some(NodeIndex::Round(letter, 0));
+        }
+    }
+    let [i, j] = [Axis::First, Axis::Second].map(|axis| NodeIndex::Round(axis, 0));
+    Some(([round[0].unwrap_or(i), round[1].unwrap_or(j)], summed))
 }
 
 /// The report on a model with families; `conserved` are the names of what the unrolled model conserves.
@@ -151,8 +208,10 @@ pub fn report(family: &FamilyModel, derived: &Derived, conserved: &[String]) -> 
     for field in &family.fields {
         match field.length {
             Some(length) => {
-                let length = length.text(&family.counts);
-                families.push(named(&format!("{}[{length}]", field.name), &field.unit));
+                let lengths = [Some(length), field.columns].into_iter().flatten();
+                let lengths = lengths.map(|length| format!("[{}]", length.text(&family.counts)));
+                let lengths = lengths.collect::<String>();
+                families.push(named(&format!("{}{lengths}", field.name), &field.unit));
             }
             None => ordinary.push(named(&field.name, &field.unit)),
         }
@@ -209,12 +268,11 @@ fn or_none(all: &[String]) -> String {
 
 fn describe(family: &FamilyModel, element: &Element) -> String {
     let functions = element.functions.join(" + ");
-    let rounds = match element.range {
-        None => "once".to_owned(),
-        Some(range) => {
-            let (start, end) = (range.start.text(&family.counts), range.end.text(&family.counts));
-            format!("for {start} <= i < {end}")
-        }
+    let ranges = Axis::ALL.into_iter();
+    let ranges = ranges.filter_map(|axis| element.rounds.range(axis).map(|range| (axis, range)));
+    let rounds = match ranges.collect::<Vec<_>>() {
+        all if all.is_empty() => "once".to_owned(),
+        all => in_words(&all, &family.counts),
     };
     let moved = element.forces.iter().map(|(a, _)| *a).chain(element.mass.iter().map(|(a, ..)| *a));
     let mut nodes: Vec<usize> = moved.collect();
@@ -227,7 +285,7 @@ fn describe(family: &FamilyModel, element: &Element) -> String {
 /// Operations of the forces of all elements with rounds, one round each.
 #[must_use]
 pub fn operations(family: &FamilyModel, derived: &Derived) -> usize {
-    let rounds = derived.elements.iter().filter(|element| element.range.is_some());
+    let rounds = derived.elements.iter().filter(|element| element.rounds != Rounds::Once);
     let cost = |element: &Element| {
         let results: Vec<NodeId> = element.forces.iter().map(|(_, q)| *q).collect();
         let program = schedule(&family.model.graph, "element", &results, Staging::Hoisted);

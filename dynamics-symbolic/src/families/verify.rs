@@ -35,7 +35,7 @@ pub fn verify(
     let mut total = 0;
     for field in &family.fields {
         offsets.push(total);
-        total += field.length.map_or(1, |length| length.at(counts));
+        total += field.nodes(counts);
     }
     let parameters: BTreeMap<String, u32> =
         unrolled.parameters.iter().enumerate().map(|(k, p)| (p.name.clone(), k as u32)).collect();
@@ -55,12 +55,8 @@ pub fn verify(
     let zero = g.zero();
     let mut sums = Sums { forces: vec![zero; n], mass: BTreeMap::new(), energies: [zero; 2] };
     for element in &derived.elements {
-        let rounds = match element.range {
-            Some(range) => range.start.at(counts)..range.end.at(counts),
-            None => 0..1,
-        };
-        for i in rounds {
-            let round = Round { family, counts, offsets: &offsets, parameters: &parameters, i };
+        for indices in element.rounds.all(counts) {
+            let round = Round { family, counts, offsets: &offsets, parameters: &parameters, indices };
             if sums.add(g, element, &round).is_none() {
                 return Err(Mismatch { coordinate: family.model.name.clone(), what: "a denominator" });
             }
@@ -169,7 +165,7 @@ fn verify_rows(
         let rounds = element.rounds(sizes.counts);
         for (k, i) in rounds.enumerate() {
             let Sizes { family, counts, offsets, parameters } = *sizes;
-            let round = Round { family, counts, offsets, parameters, i };
+            let round = Round { family, counts, offsets, parameters, indices: [i, 0] };
             let number = if declared.numbered { first_row + k as i64 } else { 0 };
             for (c, term) in element.components.iter().enumerate() {
                 let row = firsts[element.constraint] + number * element.components.len() as i64 + c as i64;
@@ -215,14 +211,17 @@ struct Round<'a> {
     counts: &'a [i64],
     offsets: &'a [i64],
     parameters: &'a BTreeMap<String, u32>,
-    i: i64,
+    indices: [i64; 2],
 }
 
 impl Round<'_> {
     /// The unrolled model's coordinate that a local is.
     fn coordinate(&self, local: u32) -> u32 {
         let local = self.family.locals[local as usize];
-        let at = self.offsets[local.field as usize] + local.index.at(self.i, self.counts);
+        let field = local.field as usize;
+        let column = local.column.map_or(0, |column| column.at(self.indices, self.counts));
+        let row = local.index.at(self.indices, self.counts);
+        let at = self.offsets[field] + row * self.family.fields[field].width(self.counts) + column;
         u32::try_from(at).unwrap_or(u32::MAX)
     }
 
@@ -249,10 +248,10 @@ impl Round<'_> {
             Symbol::Parameter(p) => match self.family.sources[p as usize] {
                 Source::Scalar(k) => g.symbol(Symbol::Parameter(k)),
                 Source::Count(c) => g.integer(self.counts[c as usize]),
-                Source::Round => g.integer(self.i),
+                Source::Round(axis) => g.integer(self.indices[axis as usize]),
                 Source::Numbered { parameter, index } => {
                     let name = &self.family.numbered[parameter as usize];
-                    let element = format!("{name}[{}]", index.at(self.i, self.counts));
+                    let element = format!("{name}[{}]", index.at(self.indices, self.counts));
                     g.symbol(Symbol::Parameter(*self.parameters.get(&element)?))
                 }
             },

@@ -3,5 +3,6 @@
 #![allow(clippy::excessive_precision, reason = "reference values keep their digits")]
 
 mod constraints;
+mod grids;
 mod references;
 mod waves;

@@ -6,7 +6,7 @@ use crate::calculus::rebuild;
 use crate::graph::{Binary, Dependence, Graph, Node, NodeId, Number, Symbol, Unary};
 
 use super::super::derive::{Derived, Element};
-use super::super::model::{Anchor, FamilyModel, NodeIndex, Source};
+use super::super::model::{Anchor, Axis, FamilyModel, NodeIndex, Source};
 use super::super::shift::shifted;
 
 /// Entries by field, field and offset of the second's node against the first's.
@@ -42,13 +42,13 @@ impl Stencil {
             let nodes: Vec<usize> = element.forces.iter().map(|(a, _)| *a).collect();
             let nodes = nodes.into_iter().chain(element.mass.iter().map(|(a, ..)| *a));
             for local in nodes.map(|a| family.locals[a]) {
-                if let NodeIndex::Round(_) = local.index {
+                if let NodeIndex::Round(..) = local.index {
                     counts.entry(local.field as usize).or_default().insert(count);
                 }
             }
             for (a, force) in &element.forces {
                 let local = family.locals[*a];
-                let NodeIndex::Round(k) = local.index else { continue };
+                let NodeIndex::Round(_, k) = local.index else { continue };
                 let force = all.entry(family, *force, k)?;
                 let g = &mut family.model.graph;
                 let sum = rest.entry(local.field as usize).or_insert_with(|| g.zero());
@@ -84,8 +84,8 @@ impl Stencil {
         entry: NodeId,
     ) -> Result<(), String> {
         let (row, column) = (family.locals[a], family.locals[b]);
-        let (NodeIndex::Round(k), NodeIndex::Round(l)) = (row.index, column.index) else {
-            self.border |= matches!(row.index, NodeIndex::Round(_));
+        let (NodeIndex::Round(_, k), NodeIndex::Round(_, l)) = (row.index, column.index) else {
+            self.border |= matches!(row.index, NodeIndex::Round(..));
             return Ok(());
         };
         let value = self.entry(family, entry, k)?;
@@ -99,7 +99,7 @@ impl Stencil {
 
     /// The value for node i of what belongs to the node `k` behind the round's index.
     fn entry(&mut self, family: &mut FamilyModel, id: NodeId, k: i64) -> Result<NodeId, String> {
-        let own = shifted(family, id, k, NodeIndex::Round(0));
+        let own = shifted(family, id, [NodeIndex::Round(Axis::First, -k); 2]);
         let value = at_zero(family, own)?;
         let mut symbols = Vec::new();
         for id in family.model.graph.cone(&[value]) {
@@ -109,7 +109,7 @@ impl Stencil {
         }
         for source in symbols {
             match source {
-                Source::Round => return Err(String::from("the entries depend on the index")),
+                Source::Round(_) => return Err(String::from("the entries depend on the index")),
                 Source::Numbered { parameter, .. } => {
                     self.alike.push(format!("`{}`", family.numbered[parameter as usize]));
                 }
@@ -193,7 +193,7 @@ fn add(g: &mut Graph, coefficients: &mut Vec<NodeId>, d: i64, term: NodeId) -> O
 
 /// The count that ends the rounds of an element between the ends. The error: two counts.
 fn interior(element: &Element) -> Option<Result<u32, String>> {
-    let range = element.range?;
+    let range = element.rounds.range(Axis::First)?;
     match (range.start, range.end) {
         (Anchor::Start(_), Anchor::End { count, .. }) => Some(Ok(count)),
         (Anchor::End { count: a, .. }, Anchor::End { count: b, .. }) if a != b => {
@@ -213,8 +213,8 @@ fn at_zero(family: &mut FamilyModel, root_id: NodeId) -> Result<NodeId, String> 
         let value = match g.node(id) {
             Node::Symbol(Symbol::Coordinate(_) | Symbol::Rate(_)) => g.zero(),
             Node::Symbol(Symbol::Parameter(p)) => match family.sources[p as usize] {
-                Source::Numbered { parameter, index: NodeIndex::Round(_) } => {
-                    let here = Source::Numbered { parameter, index: NodeIndex::Round(0) };
+                Source::Numbered { parameter, index: NodeIndex::Round(..) } => {
+                    let here = Source::Numbered { parameter, index: NodeIndex::Round(Axis::First, 0) };
                     let known = family.sources.iter().position(|source| *source == here);
                     let first = family.sources.iter().position(
                         |source| matches!(source, Source::Numbered { parameter: p, .. } if *p == parameter),
