@@ -353,3 +353,47 @@ impl Waves {
         Ok(all)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Masses 1 and 3 in turn, springs 2, thirty cells.
+    #[test]
+    fn rows_of_a_crystal() {
+        let n = 30;
+        let nodes = Nodes {
+            first: vec![7, n + 7],
+            count: vec![16, 16],
+            ends: Sizes::from(vec![n, 2 * n]),
+            families: vec![0, 1],
+            number: vec![7, 7],
+        };
+        let stiffness = Rows::new(&nodes, &mut |add| {
+            let mut spring = |i: usize, j: usize| {
+                for (row, column, value) in [(i, i, 2.0), (j, j, 2.0), (i, j, -2.0), (j, i, -2.0)] {
+                    add(row, column, value);
+                }
+            };
+            (0..n).for_each(|i| spring(i, n + i));
+            (0..n - 1).for_each(|i| spring(n + i, i + 1));
+        });
+        let mass = Rows::new(&nodes, &mut |add| {
+            for i in 0..n {
+                add(i, i, 1.0);
+                add(n + i, n + i, 3.0);
+            }
+        });
+        assert_eq!(stiffness.middle(0, 1), [-2.0, -2.0, 0.0]);
+        assert_eq!(stiffness.middle(1, 0), [0.0, -2.0, -2.0]);
+        for phase in [0.0f64, 0.5, 1.7, -3.1] {
+            let symbols = [&stiffness, &mass].map(|rows| [0, 1, 2].map(|order| rows.symbol(phase, order)));
+            let own = Waves::new(&symbols, &stiffness).expect("masses").squares;
+            // ω² = k (1/m + 1/M) ∓ k √((1/m + 1/M)² − 4 sin²(κ/2)/(m M)) (Born, von Kármán 1912).
+            let root = (16.0f64 / 9.0 - 4.0 / 3.0 * (0.5 * phase).sin().powi(2)).sqrt();
+            for (own, exact) in own.iter().zip([8.0 / 3.0 - 2.0 * root, 8.0 / 3.0 + 2.0 * root]) {
+                assert!((own - exact).abs() < 1e-14, "{phase} {own} {exact}");
+            }
+        }
+    }
+}

@@ -183,7 +183,8 @@ fn families(
         }
     }
     let all = compiled.equations.conserved.iter();
-    let conserved: Vec<String> = all.map(|c| of_families(&c.quantity.name, &family, &counts)).collect();
+    let mut conserved: Vec<String> = all.map(|c| of_families(&c.quantity.name, &family, &counts)).collect();
+    conserved.dedup();
     let report = dynamics_symbolic::families::report(&family, &derived, &conserved);
     let outputs = implementation.functions.iter().filter(|f| f.role == Role::Output).map(|f| {
         let known = compiled.model.outputs.iter().find(|output| f.name == output.name.as_str());
@@ -208,8 +209,8 @@ fn families(
     })
 }
 
-/// A name of the unrolled model in which sums over all nodes of a family are sums over i again: `momentum of
-/// sum of s[i]`.
+/// A conserved quantity of the unrolled model as one of families: sums over all nodes are sums over i again,
+/// `momentum of sum of s[i]`. Of other combinations the numbers of the nodes say nothing.
 fn of_families(name: &str, family: &FamilyModel, counts: &[i64]) -> String {
     let mut name = name.to_owned();
     for field in &family.fields {
@@ -218,6 +219,9 @@ fn of_families(name: &str, family: &FamilyModel, counts: &[i64]) -> String {
         };
         let nodes: Vec<String> = (0..length).map(|k| format!("{}[{k}]", field.name)).collect();
         name = name.replace(&nodes.join(" + "), &format!("sum of {}[i]", field.name));
+        if nodes.iter().any(|node| name.contains(node.as_str())) {
+            return String::from("momentum of a combination of nodes");
+        }
     }
     name
 }

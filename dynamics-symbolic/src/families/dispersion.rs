@@ -18,7 +18,7 @@ use super::derive::Derived;
 use super::model::{FamilyModel, Source};
 
 use cosines::{Cosines, sum};
-use stencil::{Entries, Stencil, root};
+use stencil::{Couplings, Stencil, root};
 
 /// Longest text of a relation. What is longer is left to numbers.
 const LONGEST: usize = 320;
@@ -218,13 +218,13 @@ fn banded(
 fn pair(family: &mut FamilyModel, stencil: &Stencil, fields: [usize; 2], kappa: NodeId) -> Option<String> {
     let g = &mut family.model.graph;
     let [a, b] = fields;
-    let diagonal = |g: &mut Graph, of: &Entries, field: usize| {
+    let diagonal = |g: &mut Graph, of: &Couplings, field: usize| {
         let coefficients = of.cosines(g, field)?;
         Some(sum(g, &coefficients, kappa))
     };
     let (k, l) = (diagonal(g, &stencil.stiffness, a)?, diagonal(g, &stencil.stiffness, b)?);
     let (m, n) = (diagonal(g, &stencil.mass, a)?, diagonal(g, &stencil.mass, b)?);
-    let mut product = |left: &Entries, right: &Entries| {
+    let mut product = |left: &Couplings, right: &Couplings| {
         let coefficients = left.product(g, right, fields)?;
         Some(sum(g, &coefficients, kappa))
     };

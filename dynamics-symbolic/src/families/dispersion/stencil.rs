@@ -9,14 +9,14 @@ use super::super::derive::{Derived, Element};
 use super::super::model::{Anchor, Axis, FamilyModel, NodeIndex, Source};
 use super::super::shift::shifted;
 
-/// Entries by field, field and offset of the second's node against the first's.
+/// Couplings by field, field and offset of the second's node against the first's.
 #[derive(Default)]
-pub(super) struct Entries(BTreeMap<(usize, usize, i64), NodeId>);
+pub(super) struct Couplings(BTreeMap<(usize, usize, i64), NodeId>);
 
 /// The rows of a node, and which fields are coupled.
 pub(super) struct Stencil {
-    pub(super) stiffness: Entries,
-    pub(super) mass: Entries,
+    pub(super) stiffness: Couplings,
+    pub(super) mass: Couplings,
     /// Families that are coupled with each other, in the order of declaration.
     pub(super) blocks: Vec<Vec<usize>>,
     /// Numbered parameters, which are taken to be equal for all nodes.
@@ -29,8 +29,8 @@ impl Stencil {
     /// The error is why there is none, in words.
     pub(super) fn at_rest(family: &mut FamilyModel, derived: &Derived) -> Result<Self, String> {
         let mut all = Self {
-            stiffness: Entries::default(),
-            mass: Entries::default(),
+            stiffness: Couplings::default(),
+            mass: Couplings::default(),
             blocks: Vec::new(),
             alike: Vec::new(),
             border: false,
@@ -149,7 +149,7 @@ impl Stencil {
     }
 }
 
-impl Entries {
+impl Couplings {
     /// c with Σ_d entry_d e^{iκd} = Σ_d c\[d\] cos(κd) of a field on itself; `None` where there is none.
     pub(super) fn cosines(&self, g: &mut Graph, field: usize) -> Option<Vec<NodeId>> {
         let mut coefficients: Vec<NodeId> = Vec::new();
