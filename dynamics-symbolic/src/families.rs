@@ -20,8 +20,8 @@ mod verify;
 
 pub use derive::{Derived, Element, Gathering, NoElement, derive};
 pub use model::{
-    Anchor, Axis, FamilyConstraint, FamilyModel, Field, Local, NodeIndex, Range, Rounds, RowPart, Source,
-    Term, TermKind,
+    Anchor, Axis, FamilyConstraint, FamilyModel, Field, Local, Multiplier, NodeIndex, Range, Rounds, RowPart,
+    Source, Term, TermKind,
 };
 pub use rows::{RowElement, RowTerm};
 pub use shift::interior_forces;

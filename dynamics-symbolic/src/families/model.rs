@@ -363,6 +363,17 @@ impl FamilyConstraint {
     }
 }
 
+/// A multiplier in texts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Multiplier {
+    /// Which constraint.
+    pub constraint: usize,
+    /// Which component of it.
+    pub component: usize,
+    /// Which of its rows; `None` where all rounds add to one row, or the number has another form.
+    pub index: Option<NodeIndex>,
+}
+
 /// A model with families as declared.
 #[derive(Clone, Debug, Default)]
 pub struct FamilyModel {
@@ -382,6 +393,8 @@ pub struct FamilyModel {
     pub terms: Vec<Term>,
     /// The constraints, the holonomic ones first.
     pub constraints: Vec<FamilyConstraint>,
+    /// Multipliers that texts name: `Symbol::Multiplier(i)` is `multipliers[i]`.
+    pub multipliers: Vec<Multiplier>,
     /// The smallest value of every count for which the order of all indices is as the terms assume it.
     pub least: Vec<i64>,
     /// Numbered parameters with the indices after the last that are read.

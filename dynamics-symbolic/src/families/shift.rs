@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use crate::calculus::substitute;
 use crate::graph::{Node, NodeId, Number, Symbol};
-use crate::mechanics::{Coordinate, Parameter};
+use crate::mechanics::{Constraint, Coordinate, Parameter};
 
 use super::derive::{Element, Gathering};
-use super::model::{Anchor, FamilyModel, Field, Local, NodeIndex, Source};
+use super::model::{Anchor, FamilyModel, Field, Local, Multiplier, NodeIndex, Source};
 
 /// For every field with one index the sum of the forces that elements with rounds give to node i, far from
 /// all ends; `None` for ordinary coordinates and grids. May add nodes to the graph.
@@ -50,6 +50,11 @@ pub(super) fn shifted(family: &mut FamilyModel, id: NodeId, round: [NodeIndex; 2
                     _ => Symbol::Acceleration(to),
                 })
             }
+            Symbol::Multiplier(l) => {
+                let known = family.multipliers[l as usize];
+                let index = known.index.map(|index| index.with(round));
+                multiplier(family, Multiplier { index, ..known })
+            }
             Symbol::Parameter(p) => match family.sources[p as usize] {
                 Source::Numbered { parameter, index } => {
                     let to = source(family, Source::Numbered { parameter, index: index.with(round) });
@@ -89,6 +94,28 @@ fn local(family: &mut FamilyModel, wanted: Local) -> u32 {
     family.model.coordinates.push(Coordinate { name, unit: field.unit.clone(), origin });
     family.locals.push(wanted);
     family.locals.len() as u32 - 1
+}
+
+/// The symbol of a multiplier, which may be new.
+pub(super) fn multiplier(family: &mut FamilyModel, wanted: Multiplier) -> NodeId {
+    let known = family.multipliers.iter().position(|known| *known == wanted);
+    let number = known.unwrap_or_else(|| {
+        let declared = &family.constraints[wanted.constraint];
+        let index = wanted.index.map_or_else(String::new, |at| format!("[{}]", at.text(&family.counts)));
+        // Texts find the names of multipliers at the constraints of the model.
+        family.model.constraints.push(Constraint {
+            name: format!("{}{index}", declared.name),
+            kind: declared.kind,
+            components: vec![(declared.components[wanted.component].clone(), family.model.graph.zero())],
+            units: vec![declared.units[wanted.component].clone()],
+            redundant: false,
+            switched: false,
+            origin: declared.origin,
+        });
+        family.multipliers.push(wanted);
+        family.multipliers.len() - 1
+    });
+    family.model.graph.symbol(Symbol::Multiplier(number as u32))
 }
 
 /// The number of a parameter, which may be new.

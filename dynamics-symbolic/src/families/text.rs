@@ -8,8 +8,9 @@ use crate::text::{entry, statements};
 
 use super::derive::{Derived, Element};
 use super::dispersion;
-use super::model::{Anchor, Axis, FamilyModel, Field, Local, NodeIndex, Range, Rounds, Source};
-use super::shift::shifted;
+use super::model::{Anchor, Axis, FamilyModel, Field, Local, Multiplier, NodeIndex, Range, Rounds, Source};
+use super::rows::RowElement;
+use super::shift::{multiplier, shifted};
 
 /// The equations of motion: for every field a row for each range of nodes that have the same one. A row is
 /// followed by what every round adds to it, as to an ordinary coordinate. May add nodes to the graph.
@@ -43,7 +44,34 @@ pub fn equations(family: &mut FamilyModel, derived: &Derived) -> String {
         }
     }
     out.push_str(&statements(&mut family.model, &rows));
+    if !derived.rows.is_empty() {
+        out.push_str("\nconstraints\n\n");
+        let rows = restrictions(family, derived);
+        out.push_str(&statements(&mut family.model, &rows));
+    }
     out
+}
+
+/// What the constraints say: 0 = Φ, or 0 = A q̇ + b, a line for each range.
+fn restrictions(family: &FamilyModel, derived: &Derived) -> Vec<(NodeId, NodeId, String)> {
+    let (zero, mut rows) = (family.model.graph.zero(), Vec::new());
+    for element in &derived.rows {
+        let declared = &family.constraints[element.constraint];
+        let range = match element.range {
+            None => String::new(),
+            Some(range) => {
+                let words = in_words(&[(Axis::First, range)], &family.counts);
+                if declared.numbered { format!("    {words}") } else { format!("    added {words}") }
+            }
+        };
+        for term in &element.components {
+            let node = if declared.is_holonomic() { term.residual } else { term.velocity_residual };
+            if element.range.is_some() || declared.numbered || !family.model.graph.is_zero(node) {
+                rows.push((zero, node, range.clone()));
+            }
+        }
+    }
+    rows
 }
 
 /// `for 1 <= i < rows, 0 <= j < columns`.
@@ -91,15 +119,22 @@ fn ranges(
     length: Anchor,
 ) -> Option<Vec<Range>> {
     let mut cuts = vec![Anchor::Start(0), length];
-    for element in &derived.elements {
+    let of_elements = derived.elements.iter().map(|element| {
         let touched = element.forces.iter().map(|(a, _)| *a).chain(element.mass.iter().map(|(a, ..)| *a));
-        for local in touched.map(|a| family.locals[a]).filter(|local| local.field == field) {
+        (element.rounds, touched.collect::<Vec<_>>())
+    });
+    let of_rows = derived.rows.iter().map(|row| {
+        let touched = row.components.iter().flat_map(|term| &term.jacobian).map(|(a, _)| *a);
+        (row.rounds_of_loop(), touched.collect())
+    });
+    for (rounds, touched) in of_elements.chain(of_rows) {
+        for local in touched.into_iter().map(|a| family.locals[a]).filter(|local| local.field == field) {
             if let (NodeIndex::Round(a, _), Some(NodeIndex::Round(b, _))) = (local.index, local.column)
                 && a == b
             {
                 return None;
             }
-            if let Some(range) = along(local, axis).and_then(|index| index.values(element.rounds)) {
+            if let Some(range) = along(local, axis).and_then(|index| index.values(rounds)) {
                 cuts.extend([range.start, range.end]);
             }
         }
@@ -131,19 +166,36 @@ fn row(
     let mut all = BTreeMap::from([(Vec::new(), (zero, zero))]);
     for element in &derived.elements {
         for (a, q) in &element.forces {
-            if let Some((round, summed)) = covers(family, element, *a, field, cell) {
+            if let Some((round, summed)) = covers(family, element.rounds, *a, field, cell) {
                 let q = shifted(family, *q, round);
                 let (_, right) = all.entry(summed).or_insert((zero, zero));
                 *right = family.model.graph.add(*right, q);
             }
         }
         for (a, b, m) in &element.mass {
-            if let Some((round, summed)) = covers(family, element, *a, field, cell) {
+            if let Some((round, summed)) = covers(family, element.rounds, *a, field, cell) {
                 let acceleration = family.model.graph.symbol(Symbol::Acceleration(*b as u32));
                 let term = family.model.graph.mul(*m, acceleration);
                 let term = shifted(family, term, round);
                 let (left, _) = all.entry(summed).or_insert((zero, zero));
                 *left = family.model.graph.add(*left, term);
+            }
+        }
+    }
+    for element in &derived.rows {
+        let number = element.number().filter(|_| family.constraints[element.constraint].numbered);
+        for (component, term) in element.components.iter().enumerate() {
+            for (a, slope) in &term.jacobian {
+                let rounds = element.rounds_of_loop();
+                if let Some((round, summed)) = covers(family, rounds, *a, field, cell) {
+                    let index = number;
+                    let of_row = Multiplier { constraint: element.constraint, component, index };
+                    let lambda = multiplier(family, of_row);
+                    let reaction = family.model.graph.mul(*slope, lambda);
+                    let reaction = shifted(family, reaction, round);
+                    let (_, right) = all.entry(summed).or_insert((zero, zero));
+                    *right = family.model.graph.add(*right, reaction);
+                }
             }
         }
     }
@@ -155,7 +207,7 @@ fn row(
 /// reaches them.
 fn covers(
     family: &FamilyModel,
-    element: &Element,
+    rounds: Rounds,
     a: usize,
     field: u32,
     cell: Rounds,
@@ -168,7 +220,7 @@ fn covers(
     let mut letters: Vec<Axis> = Axis::ALL.to_vec();
     for axis in Axis::ALL {
         let (Some(index), Some(nodes)) = (along(local, axis), cell.range(axis)) else { continue };
-        let reached = index.values(element.rounds)?;
+        let reached = index.values(rounds)?;
         if !(reached.start <= nodes.start && nodes.end <= reached.end) {
             return None;
         }
@@ -186,7 +238,7 @@ fn covers(
     // Indices over which is summed have the letters that are left.
     let (mut letters, mut summed) = (letters.into_iter(), Vec::new());
     for (axis, index) in Axis::ALL.into_iter().zip(&mut round) {
-        if let (Some(range), None) = (element.rounds.range(axis), &index) {
+        if let (Some(range), None) = (rounds.range(axis), &index) {
             let letter = letters.next()?;
             summed.push((letter, range));
             *index = Some(NodeIndex::Round(letter, 0));
@@ -241,6 +293,9 @@ pub fn report(family: &FamilyModel, derived: &Derived, conserved: &[String]) -> 
     for (k, element) in derived.elements.iter().enumerate() {
         entry(&mut out, if k == 0 { "elements" } else { "" }, &describe(family, element));
     }
+    for (k, element) in derived.rows.iter().enumerate() {
+        entry(&mut out, if k == 0 { "constraints" } else { "" }, &describe_rows(family, element));
+    }
     out.push('\n');
     let structure = if derived.diagonal { "constant, diagonal" } else { "constant, banded" };
     entry(&mut out, "mass matrix", structure);
@@ -280,6 +335,24 @@ fn describe(family: &FamilyModel, element: &Element) -> String {
     nodes.dedup();
     let nodes: Vec<&str> = nodes.iter().map(|a| family.model.coordinates[*a].name.as_str()).collect();
     format!("{functions}, {rounds}: moves {}", nodes.join(", "))
+}
+
+fn describe_rows(family: &FamilyModel, element: &RowElement) -> String {
+    let declared = &family.constraints[element.constraint];
+    let kind = if declared.is_holonomic() { "holonomic" } else { "nonholonomic" };
+    let rounds = match element.range {
+        None => "one row".to_owned(),
+        Some(range) => {
+            let words = in_words(&[(Axis::First, range)], &family.counts);
+            if declared.numbered { format!("a row {words}") } else { format!("one row, a sum {words}") }
+        }
+    };
+    let mut nodes: Vec<usize> =
+        element.components.iter().flat_map(|term| &term.jacobian).map(|(a, _)| *a).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let nodes: Vec<&str> = nodes.iter().map(|a| family.model.coordinates[*a].name.as_str()).collect();
+    format!("{}, {kind}, {rounds}: holds {}", declared.name, nodes.join(", "))
 }
 
 /// Operations of the forces of all elements with rounds, one round each.

@@ -28,7 +28,7 @@ impl Chain {
 
     #[holonomic]
     fn link(&self, q: &Coordinates<Self>) -> Vec<Expr> {
-        (0..self.links).map(|i| q.x[i].dt() - q.y[i].dt()).collect()
+        (0..self.links).map(|i| (q.x[i].dt() - q.y[i].dt()) * self.pitch).collect()
     }
 }
 
