@@ -192,6 +192,43 @@ pub enum FamilyErrorKind {
         /// How many were asked for.
         wanted: usize,
     },
+    /// Waves were asked for of a model with constraints or with two indices.
+    #[error("waves of models with {of} are not supported; ask `modes`")]
+    WavesUnsupported {
+        /// `constraints`, `grids`.
+        of: &'static str,
+    },
+    /// Another number of phases than of indices.
+    #[error("{given} phases are given; the model has {needed} index, so give {needed}: `[phase]`")]
+    PhaseCount {
+        /// How many were given.
+        given: usize,
+        /// What is needed.
+        needed: usize,
+    },
+    /// A family has no node between its ends.
+    #[error("a family has fewer than three nodes, so none lies between the ends; give larger counts")]
+    NoInterior,
+    /// Nodes between the ends do not have the same equations.
+    #[error(
+        "the equation of `{coordinate}` differs from that of the node in the middle, so there are no waves \
+         of one phase per node; give all nodes equal parameters and a uniform state, or more nodes"
+    )]
+    NodesDiffer {
+        /// The coordinate, `s[7]`.
+        coordinate: String,
+    },
+    /// A wave grows without bounds at this state.
+    #[error(
+        "the state is not stable: a wave of phase {} per node grows as e^(rate t) with rate {rate:.6e}; ask \
+         at a stable state", Readable(*.phase)
+    )]
+    WaveGrows {
+        /// Radians per node.
+        phase: f64,
+        /// Per unit of time.
+        rate: f64,
+    },
     /// More steps than `.max_steps(..)` permits.
     #[error(fmt = too_many_steps)]
     TooManySteps {

@@ -18,7 +18,7 @@ const MOST_GRID_LINES: usize = 13;
 /// Most points of each of them.
 const MOST_GRID_POINTS: usize = 25;
 /// Up to so many points have dots.
-const MOST_DOTS: usize = 40;
+const MOST_DOTS: usize = 24;
 /// Most instants of an animation.
 const MOST_FRAMES: usize = 300;
 

@@ -79,8 +79,8 @@ pub(crate) struct RecordedFrame<S> {
     pub(crate) outputs: Vec<f64>,
     /// Ordinary coordinates, then their velocities.
     pub(crate) ordinary: Vec<f64>,
-    /// Σ (uᵢ − uᵢ₊₁)²/(4 Σ uᵢ²) of each field.
-    pub(crate) short_waves: Vec<f64>,
+    /// Σ (uᵢ − uᵢ₊₁)²/(4 Σ uᵢ²) of each field, and Σ uᵢ².
+    pub(crate) short_waves: Vec<(f64, f64)>,
 }
 
 /// What the energy did at the ends of steps. States between them are interpolated, and their energy is that
@@ -262,11 +262,12 @@ impl<M: FamilyModel> Recorder<M> {
 
 /// Σ (uᵢ − uᵢ₊₁)²/(4 Σ uᵢ²) of each field: sin²(θ/2) for a wave of phase θ per node, 0 for long waves, 1 for
 /// neighbours that move against each other. Of a grid the larger of that along its rows and along its columns.
-fn short_waves(sizes: &Sizes, u: &[f64]) -> Vec<f64> {
+/// With it Σ uᵢ²: of a field at rest the share is that of rounding.
+fn short_waves(sizes: &Sizes, u: &[f64]) -> Vec<(f64, f64)> {
     let of_field = |field: usize| {
         let (u, columns) = (&u[sizes.range(field)], sizes.columns(field));
         if u.len() < 3 {
-            return 0.0;
+            return (0.0, 0.0);
         }
         let all = crate::generated::sum(0..u.len(), |i| u[i] * u[i]);
         // Neighbours are `apart` places apart; the last of a row has none in it.
@@ -278,7 +279,7 @@ fn short_waves(sizes: &Sizes, u: &[f64]) -> Vec<f64> {
             });
             if all > 0.0 { differences / (4.0 * all) } else { 0.0 }
         };
-        share(1).max(if columns > 1 { share(columns) } else { 0.0 })
+        (share(1).max(if columns > 1 { share(columns) } else { 0.0 }), all)
     };
     (0..sizes.len()).map(of_field).collect()
 }

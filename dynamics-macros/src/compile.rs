@@ -182,29 +182,16 @@ fn families(
             unit.clone_from(of_row);
         }
     }
-    let conserved: Vec<String> =
-        compiled.equations.conserved.iter().map(|c| c.quantity.name.clone()).collect();
+    let all = compiled.equations.conserved.iter();
+    let mut conserved: Vec<String> = all.map(|c| of_families(&c.quantity.name, &family, &counts)).collect();
+    conserved.dedup();
     let report = dynamics_symbolic::families::report(&family, &derived, &conserved);
     let outputs = implementation.functions.iter().filter(|f| f.role == Role::Output).map(|f| {
         let known = compiled.model.outputs.iter().find(|output| f.name == output.name.as_str());
         (f.name.clone(), known.map(|o| o.unit.clone()).unwrap_or_default(), f.returns_list())
     });
     let outputs = outputs.collect();
-    let mut places: Vec<(syn::Ident, Vec<Range>)> = Vec::new();
-    for (index, ranges) in called {
-        let function = &implementation.functions[index];
-        if !function.may_be_place_of_index() || witness.vectors.contains(&function.name) {
-            continue;
-        }
-        match places.iter_mut().find(|(name, _)| *name == function.name) {
-            Some((_, known)) => {
-                for (all, range) in known.iter_mut().zip(ranges) {
-                    *all = Range { start: all.start.min(range.start), end: all.end.max(range.end) };
-                }
-            }
-            None => places.push((function.name.clone(), ranges)),
-        }
-    }
+    let places = places(&implementation, &called, &witness.vectors);
     let interior = dynamics_symbolic::families::interior_forces(&mut family, &derived.elements);
     let equations = dynamics_symbolic::families::equations(&mut family, &derived);
     let constants = witness.constants;
@@ -220,6 +207,49 @@ fn families(
         places,
         constants,
     })
+}
+
+/// A conserved quantity of the unrolled model as one of families: sums over all nodes are sums over i again,
+/// `momentum of sum of s[i]`. Of other combinations the numbers of the nodes say nothing.
+fn of_families(name: &str, family: &FamilyModel, counts: &[i64]) -> String {
+    let mut name = name.to_owned();
+    for field in &family.fields {
+        let Some(length) = field.length.map(|length| length.at(counts)).filter(|length| *length > 1) else {
+            continue;
+        };
+        let nodes: Vec<String> = (0..length).map(|k| format!("{}[{k}]", field.name)).collect();
+        name = name.replace(&nodes.join(" + "), &format!("sum of {}[i]", field.name));
+        if nodes.iter().any(|node| name.contains(node.as_str())) {
+            return String::from("momentum of a combination of nodes");
+        }
+    }
+    name
+}
+
+/// Helpers `(&self, q, index)` and `(&self, q, index, index)` that return places, with all indices for which
+/// they are called. A helper is left out where two counts decide which of these is the last: drawings would
+/// ask for nodes that are not there.
+fn places(
+    implementation: &Implementation,
+    called: &[(usize, Vec<Range>)],
+    vectors: &[syn::Ident],
+) -> Vec<(syn::Ident, Vec<Range>)> {
+    let mut all: Vec<(usize, Option<Vec<Range>>)> = Vec::new();
+    for (index, ranges) in called {
+        match all.iter_mut().find(|(known, _)| known == index) {
+            Some((_, whole)) => {
+                let hull = |known: &Vec<Range>| known.iter().zip(ranges).map(|(a, b)| a.hull(*b)).collect();
+                *whole = whole.as_ref().and_then(hull);
+            }
+            None => all.push((*index, Some(ranges.clone()))),
+        }
+    }
+    let place = |(index, ranges): (usize, Option<Vec<Range>>)| {
+        let function = &implementation.functions[index];
+        let is_place = function.may_be_place_of_index() && !vectors.contains(&function.name);
+        Some((function.name.clone(), ranges.filter(|_| is_place)?))
+    };
+    all.into_iter().filter_map(place).collect()
 }
 
 /// Types of the language of models that only some models name.

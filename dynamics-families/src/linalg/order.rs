@@ -9,7 +9,7 @@
 use crate::model::Sizes;
 
 /// Couplings up to this many nodes apart belong to the band: as far as an index may reach.
-const FAR_NODES: usize = 33;
+pub(crate) const FAR_NODES: usize = 33;
 /// Couplings that are longer than all others and at most so many go to the border.
 const FEW: usize = 16;
 /// Sizes from which such couplings are looked for.

@@ -36,6 +36,15 @@ impl Anchor {
         }
     }
 
+    /// Whether it is not behind another; `None` where two counts decide that. A count is larger than every
+    /// number beside it.
+    fn at_most(self, other: Self) -> Option<bool> {
+        match (self, other) {
+            (Self::End { count: a, .. }, Self::End { count: b, .. }) if a != b => None,
+            _ => Some(self <= other),
+        }
+    }
+
     /// As the user writes it.
     #[must_use]
     pub fn text(self, counts: &[String]) -> String {
@@ -144,6 +153,15 @@ pub struct Range {
 }
 
 impl Range {
+    /// The smallest range that contains both; `None` where two counts decide which index is the first or the
+    /// last.
+    #[must_use]
+    pub fn hull(self, other: Self) -> Option<Self> {
+        let start = if self.start.at_most(other.start)? { self.start } else { other.start };
+        let end = if self.end.at_most(other.end)? { other.end } else { self.end };
+        Some(Self { start, end })
+    }
+
     /// All indices `by` further.
     #[must_use]
     pub fn shifted(self, by: i64) -> Self {
@@ -381,4 +399,30 @@ pub struct FamilyModel {
     pub least: Vec<i64>,
     /// Numbered parameters with the indices after the last that are read.
     pub reads: Vec<(u32, Anchor)>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn end(count: u32, plus: i64) -> Anchor {
+        Anchor::End { count, plus }
+    }
+
+    #[test]
+    fn the_hull_of_two_ranges_is_known_for_one_count() {
+        let short = Range { start: Anchor::Start(1), end: end(0, 0) };
+        let late = Range { start: end(0, -1), end: end(0, 2) };
+        let whole = Range { start: Anchor::Start(1), end: end(0, 2) };
+        assert_eq!(short.hull(late), Some(whole));
+        assert_eq!(late.hull(short), Some(whole));
+    }
+
+    /// Which of two counts is larger is known when the program runs.
+    #[test]
+    fn the_hull_of_ranges_of_two_counts_is_not_known() {
+        let [one, other] = [0, 1].map(|count| Range { start: Anchor::Start(0), end: end(count, 0) });
+        assert_eq!(one.hull(other), None);
+        assert_eq!(one.hull(one), Some(one));
+    }
 }

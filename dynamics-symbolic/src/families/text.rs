@@ -7,6 +7,7 @@ use crate::schedule::{Staging, schedule};
 use crate::text::{entry, statements};
 
 use super::derive::{Derived, Element};
+use super::dispersion;
 use super::model::{Anchor, Axis, FamilyModel, Field, Local, Multiplier, NodeIndex, Range, Rounds, Source};
 use super::rows::RowElement;
 use super::shift::{multiplier, shifted};
@@ -311,6 +312,11 @@ pub fn report(family: &FamilyModel, derived: &Derived, conserved: &[String]) -> 
     entry(&mut out, "conserved", &or_none(conserved));
     let cost = format!("{} per node, all fields together", operations(family, derived));
     entry(&mut out, "operations", &cost);
+    let waves = dispersion::describe(family, derived);
+    if !waves.is_empty() {
+        out.push('\n');
+    }
+    waves.iter().for_each(|(heading, text)| entry(&mut out, heading, text));
     out
 }
 

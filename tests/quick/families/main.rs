@@ -5,3 +5,4 @@
 mod constraints;
 mod grids;
 mod references;
+mod waves;
