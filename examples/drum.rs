@@ -1,8 +1,8 @@
 //! A rectangular drum: a membrane on a square grid, with large deflections.
 //!
 //! Struck softly in the shape of one mode, it moves in that mode alone, with the frequency of the closed form
-//! ω² = 4 T/m (sin²(p π/(2 (rows + 1))) + sin²(q π/(2 (columns + 1)))). Struck hard, its skin is stretched, and
-//! its pitch rises. A blow at one place makes waves that are reflected at the rim.
+//! ω² = 4 T/m (sin²(p π/(2 (rows + 1))) + sin²(q π/(2 (columns + 1)))). Struck hard, its skin is stretched,
+//! and its pitch rises. A blow at one place makes waves that are reflected at the rim.
 //!
 //! Source: Rayleigh, The Theory of Sound (1877), chapter 9.
 

@@ -75,14 +75,15 @@ impl<M: FamilyModel> FamilyMotion<'_, M> {
     }
 
     /// The motion as an animation that can still be changed: lines through the places of the nodes, at most
-    /// 400 points each, 300 instants; of a grid 13 lines of 25 points in either direction. Between recorded instants it is drawn with coordinates in between.
+    /// 400 points each, 300 instants; of a grid 13 lines of 25 points in either direction. Between recorded
+    /// instants it is drawn with coordinates in between.
     #[must_use]
     pub fn animation(&self) -> Animation<'_> {
         Animation::new().add(self, "").frames(MOST_FRAMES)
     }
 
-    /// A field (`s`) or a numbered output over place and time: index across, time down, values as colours. The
-    /// nodes of a grid stand one after the other, row by row.
+    /// A field (`s`) or a numbered output over place and time: index across, time down, values as colours.
+    /// The nodes of a grid stand one after the other, row by row.
     /// [`HeatMap::write_svg`] writes it.
     ///
     /// # Errors

@@ -261,7 +261,8 @@ impl<M: FamilyModel> Recorder<M> {
 }
 
 /// Σ (uᵢ − uᵢ₊₁)²/(4 Σ uᵢ²) of each field: sin²(θ/2) for a wave of phase θ per node, 0 for long waves, 1 for
-/// neighbours that move against each other. Of a grid the larger of that along its rows and along its columns.
+/// neighbours that move against each other. Of a grid the larger of that along its rows and along its
+/// columns.
 /// With it Σ uᵢ²: of a field at rest the share is that of rounding.
 fn short_waves(sizes: &Sizes, u: &[f64]) -> Vec<(f64, f64)> {
     let of_field = |field: usize| {

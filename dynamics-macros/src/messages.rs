@@ -129,8 +129,8 @@ catalogue! {
         its coordinates a name of its own";
     length_of_family(length, most) "`{length}` is no length of a family; write `self.n`, `self.n + k` or \
         `self.n - k`, with k at most {most}";
-    grid_of_families() "both lengths of a grid are counts, `[[m; self.columns]; self.rows]`; give each of few \
-        rows or columns a family of its own";
+    grid_of_families() "both lengths of a grid are counts, `[[m; self.columns]; self.rows]`; give each of \
+        few rows or columns a family of its own";
     three_indices() "coordinates have two indices at most; write several grids";
     family_as_list(found) "a loop runs over a range or an array, not over {found}; loop over `0..self.n`, \
         and read the nodes by their index";
@@ -140,14 +140,14 @@ catalogue! {
         {most}, as the model is unrolled up to there to be checked";
     index_below(name, index, rounds) "`{name}[{index}]`{rounds} is below `{name}[0]`; begin the range later, \
         or give the first nodes an `if`";
-    index_above(name, index, rounds, what, length) "`{name}[{index}]`{rounds} is above the last {what} of `{name}`, \
-        which has `{length}` of them; end the range earlier, or give the last nodes an `if`";
+    index_above(name, index, rounds, what, length) "`{name}[{index}]`{rounds} is above the last {what} of \
+        `{name}`, which has `{length}` of them; end the range earlier, or give the last nodes an `if`";
     index_of_other_count(name, index, rounds, length) "`{name}[{index}]`{rounds} may be outside of `{name}`, \
         which has `{length}` nodes: nothing says which of two counts is larger; use one count for both";
     row_of_other_count(name, index, rounds, length) "`{name}[{index}]`{rounds} may be outside of `{name}`, \
         which has `{length}` rows; the first index is that of the row, the second that of the column";
-    indices_compared() "the indices of two loops are compared here, and either may be the larger one; compare \
-        an index with a number or a count";
+    indices_compared() "the indices of two loops are compared here, and either may be the larger one; \
+        compare an index with a number or a count";
     counts_compared() "two counts are compared here, and either may be the larger one; compare indices with \
         one count";
     range_of_round() "the ends of a range are counts or numbers; the index of a round cannot be one";

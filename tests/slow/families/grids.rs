@@ -299,7 +299,8 @@ twice! {
             for i in 0..self.rows() {
                 sum += self.k * self.w(q, i, self.columns()).powi(2);
                 for j in 0..self.columns() {
-                    sum += self.k * (self.w(q, i, j).powi(2) + (self.v(q, i, j) + self.v(q, i + 2, j)).powi(2));
+                    let both = self.v(q, i, j) + self.v(q, i + 2, j);
+                    sum += self.k * (self.w(q, i, j).powi(2) + both.powi(2));
                 }
             }
             sum

@@ -135,7 +135,8 @@ impl<'a> Loops<'a> {
         all.filter(|(_, field)| field.columns.is_some()).map(|(k, _)| k)
     }
 
-    /// What the rounds of elements give to the nodes of a field, of those whose forces come there in this way.
+    /// What the rounds of elements give to the nodes of a field, of elements whose forces come there in this
+    /// way.
     fn gathered(&self, field: usize, way: Gathering) -> Vec<Given> {
         let mut all = Vec::new();
         for (e, element, ..) in self.elements_of(way) {
@@ -354,8 +355,8 @@ impl<'a> Loops<'a> {
         if body.is_empty() { body } else { quote!(#sizes #body) }
     }
 
-    /// A block of rounds, `__m` of them from `__lo` on and at most `size`, repeated over all rounds; with what
-    /// stands before and behind the blocks of one row.
+    /// A block of rounds, `__m` of them from `__lo` on and at most `size`, repeated over all rounds; with
+    /// what stands before and behind the blocks of one row.
     fn in_blocks(
         &self,
         rounds: Rounds,

@@ -1,7 +1,7 @@
 //! Forces that are added to what is written: of what has no rounds, and of elements at the edges of a grid.
 //!
-//! The forces of a block of rounds go into a buffer each. Where their nodes follow one another, they are added
-//! in a loop that vectorises.
+//! The forces of a block of rounds go into a buffer each. Where their nodes follow one another, they are
+//! added in a loop that vectorises.
 
 use dynamics_symbolic::families::{Axis, Element, NodeIndex, Rounds};
 use dynamics_symbolic::graph::NodeId;

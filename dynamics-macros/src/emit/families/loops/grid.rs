@@ -1,7 +1,7 @@
 //! Forces of elements of two loops on grids.
 //!
-//! Nodes go row by row, in blocks of columns. When the forces at a row are gathered, the forces of the rows of
-//! elements that reach it are in buffers, which stay in the first-level cache: as many rows of them as an
+//! Nodes go row by row, in blocks of columns. When the forces at a row are gathered, the forces of the rows
+//! of elements that reach it are in buffers, which stay in the first-level cache: as many rows of them as an
 //! element reaches, the newest in the place of the oldest. Where there is no element, buffers hold zeros, so
 //! that nodes at the edges gather as all others. Every element is made once for each block of columns, and
 //! both loops run over exact slices along the columns.
