@@ -8,10 +8,21 @@ use dynamics_runtime::{Expr, Vec2, Vec3};
 use dynamics_simd::{Lanes, Task, in_widest_lanes};
 
 pub use crate::generated::{BLOCK, Sum, block_sum};
+pub use dynamics_simd::reciprocal_root as roots;
 use crate::model::{FamilyModel, SizeError};
 
 /// Rounds of a block: elements reach beyond its nodes, by at most 16 on either side.
 pub const ROUNDS: usize = BLOCK + 32;
+
+/// 0, 1, 2, …: numbers of rounds within a block. Reading them is quicker than to convert them.
+pub static NUMBERS: [f64; ROUNDS] = {
+    let (mut numbers, mut i) = ([0.0; ROUNDS], 0);
+    while i < ROUNDS {
+        numbers[i] = i as f64;
+        i += 1;
+    }
+    numbers
+};
 
 /// What a pass over the model writes.
 pub const FORCES: u8 = 0;

@@ -4,11 +4,12 @@
 //! its inertia, its stiffness. The graph holds an element's own symbols: `s[i]` and `s[i + 1]` are two
 //! coordinates of it, wherever i is. A back end prints loops over i.
 //!
-//! Flow: `model` ← `derive` ← `shift` ← `text`; `derive` ← `verify`. `verify` compares the elements, put
+//! Flow: `model` ← `index_free` ← `derive` ← `shift` ← `text`; `derive` ← `verify`. `verify` compares the elements, put
 //! together, with the same model unrolled at small counts, which went through the whole pipeline of ordinary
 //! models.
 
 mod derive;
+mod index_free;
 mod model;
 mod shift;
 mod text;

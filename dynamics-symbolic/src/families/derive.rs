@@ -6,6 +6,7 @@ use crate::calculus::{directional, gradient, gradient_entries};
 use crate::graph::{Dependence, Graph, NodeId, Origin, Symbol};
 use crate::mechanics::{EnergyRole, ForceTerm};
 
+use super::index_free::drop_index;
 use super::model::{FamilyModel, NodeIndex, Range, TermKind};
 
 /// What one round adds to the equations of motion; nodes of the model's graph, coordinates by their numbers
@@ -67,6 +68,7 @@ pub enum NoElement {
 /// # Errors
 /// A kinetic energy whose mass matrix is not constant.
 pub fn derive(model: &mut FamilyModel) -> Result<Derived, Vec<NoElement>> {
+    drop_index(model);
     let mut groups: BTreeMap<Option<Range>, Vec<usize>> = BTreeMap::new();
     for (k, term) in model.terms.iter().enumerate() {
         groups.entry(term.range).or_default().push(k);

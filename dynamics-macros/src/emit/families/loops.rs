@@ -16,7 +16,7 @@ use dynamics_symbolic::schedule::{Staging, schedule};
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::super::program::{Access, straight};
+use super::super::program::{Access, Block, straight};
 use super::super::{Surface, function};
 use super::field;
 use crate::compile::CompiledFamilies;
@@ -165,7 +165,10 @@ impl<'a> Loops<'a> {
                 let name = function(&format!("__n{c}"));
                 quote!((#name as f64)).to_string()
             }
-            Source::Round if reading == Reading::Slices => "((__lo+__j as isize) as f64)".to_owned(),
+            Source::Round if reading == Reading::Slices => {
+                before.extend(quote!(let (__index, __numbers) = (__lo as f64, &__loops::NUMBERS[..__m]);));
+                "(__index+__numbers[__j])".to_owned()
+            }
             Source::Round => "(__i as f64)".to_owned(),
             Source::Numbered { parameter, index } => {
                 let field = field(&self.family.numbered[parameter as usize]);
@@ -197,6 +200,27 @@ impl<'a> Loops<'a> {
         let access = Access::of_elements(self.surface, &self.family.model.graph, names);
         let (statements, values) = straight(&access, &program);
         (before, statements, values)
+    }
+
+    /// The loop over `__m` rounds of a block that writes `roots` to slices of these names, with what stands
+    /// before it. Sines, cosines and reciprocal roots come without branches, so that it vectorises; where an
+    /// argument is out of their range, the block is made anew.
+    fn block(&self, roots: &[NodeId], rooms: &[proc_macro2::Ident]) -> (TokenStream, TokenStream) {
+        let (before, names) = self.reading(roots, Reading::Slices);
+        let graph = &self.family.model.graph;
+        let program = schedule(graph, "element", roots, Staging::Inline);
+        let printed = |block| {
+            let access = Access::of_elements(self.surface, graph, names.clone()).in_block(block);
+            let (statements, values) = straight(&access, &program);
+            let rounds = quote!(for __j in 0..__m { #statements #(#rooms[__j] = #values;)* });
+            (rounds, access.has_range.get())
+        };
+        let (near, has_range) = printed(Block::Near);
+        if !has_range {
+            return (before, near);
+        }
+        let (any, _) = printed(Block::Any);
+        (before, quote!(let mut __far = false; #near if __far { #any }))
     }
 
     /// Elements with rounds that give forces, with their numbers.
@@ -247,19 +271,31 @@ impl<'a> Loops<'a> {
             self.families().map(|k| function(&format!("__l{k}"))).map(|l| quote!(#l)).collect();
         tops.extend(self.with_rounds().map(|(.., range)| self.anchor(range.end)));
         let (mut reductions, mut whole, mut rooms) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut rounds, mut bounds) = (Vec::new(), Vec::new());
+        let (mut rounds, mut bounds, mut before_loop) = (Vec::new(), Vec::new(), Vec::new());
+        let mut made_none = Vec::new();
         for (e, element, range) in self.with_rounds() {
             let (lo, hi) = (function(&format!("__lo{e}")), function(&format!("__hi{e}")));
             // A round is made for the block that holds its index, too.
             let (below, above) = element.reach(self.family).unwrap_or((0, 0));
             let (below, above) = (below.min(0) as isize, above.max(0) as isize);
             let (start, end) = (self.anchor(range.start), self.anchor(range.end));
-            bounds.push(quote! {
-                let #lo = (__from - #above).max(#start);
-                let #hi = (__to - #below).min(#end);
-            });
+            let first = function(&format!("__first{e}"));
+            before_loop.push(quote!(let (mut #lo, mut #hi) = (0isize, 0isize);));
             let buffers = self.buffers(element).0.len();
-            rooms.extend((0..buffers).map(|k| function(&format!("__g{e}_{k}"))));
+            let own: Vec<_> = (0..buffers).map(|k| function(&format!("__g{e}_{k}"))).collect();
+            // Rounds that the block before has made, too, are kept.
+            bounds.push(quote! {
+                let (__before, __made) = (#lo, #hi);
+                #lo = (__from - #above).max(#start);
+                #hi = (__to - #below).min(#end);
+                let #first = __made.max(#lo);
+                for __k in 0..(#first.min(__made) - #lo).max(0) as usize {
+                    let __old = __k + (#lo - __before) as usize;
+                    #(#own[__k] = #own[__old];)*
+                }
+            });
+            made_none.push(quote!((#lo, #hi) = (0, 0);));
+            rooms.extend(own);
             rounds.push(self.rounds(e, element, &mut reductions, &mut whole));
         }
         let once = self.elements.iter().filter(|element| element.range.is_none());
@@ -274,7 +310,7 @@ impl<'a> Loops<'a> {
         let at_ends: Vec<TokenStream> = self.families().map(|field| self.written_at_ends(field)).collect();
         let block = if self.is_cheap() {
             let nodes = self.written_by_nodes();
-            quote!(if #inside { #nodes } else { #(#rounds)* #(#at_ends)* })
+            quote!(if #inside { #(#made_none)* #nodes } else { #(#rounds)* #(#at_ends)* })
         } else {
             let written = self.families().map(|field| self.written_inside(field));
             quote!(#(#rounds)* if #inside { #(#written)* } else { #(#at_ends)* })
@@ -298,6 +334,7 @@ impl<'a> Loops<'a> {
                     #(__top = __top.max(#tops);)*
                     #(let mut #rooms = [0.0; __loops::ROUNDS];)*
                     #covered
+                    #(#before_loop)*
                     let mut __from = 0isize;
                     while __from < __top {
                         let mut __to = (__from + __loops::BLOCK as isize).min(__top);
@@ -464,8 +501,9 @@ impl<'a> Loops<'a> {
     ) -> TokenStream {
         let (buffers, used) = self.buffers(element);
         let (lo, hi) = (function(&format!("__lo{e}")), function(&format!("__hi{e}")));
-        let (before, statements, values) = self.round(&buffers, Reading::Slices);
+        let first = function(&format!("__first{e}"));
         let rooms: Vec<_> = (0..buffers.len()).map(|k| function(&format!("__g{e}_{k}"))).collect();
+        let (before, block) = self.block(&buffers, &rooms);
         let mut sums = TokenStream::new();
         for (s, ((a, _), (buffer, opposite))) in element.forces.iter().zip(used).enumerate() {
             let local = self.family.locals[*a];
@@ -485,16 +523,13 @@ impl<'a> Loops<'a> {
             whole.push(self.added(&quote!(#name.total()), &place));
         }
         quote! {
-            if #lo < #hi {
-                let (__lo, __m) = (#lo, (#hi - #lo) as usize);
+            if #first < #hi {
+                let (__lo, __m) = (#first, (#hi - #first) as usize);
                 #before
-                #(let #rooms = &mut #rooms[..__m];)*
-                for __j in 0..__m {
-                    #statements
-                    #(#rooms[__j] = #values;)*
-                }
-                #sums
+                #(let #rooms = &mut #rooms[(#first - #lo) as usize..][..__m];)*
+                #block
             }
+            #sums
         }
     }
 
@@ -542,9 +577,9 @@ impl<'a> Loops<'a> {
                 body.extend(quote!({ #before #statements #(#sums.add(#values);)* }));
                 continue;
             };
-            let (before, statements, values) = self.round(&roots, Reading::Slices);
             let (start, end) = (self.anchor(range.start), self.anchor(range.end));
             let rooms: Vec<_> = (0..roots.len()).map(|k| function(&format!("__g{k}"))).collect();
+            let (before, block) = self.block(&roots, &rooms);
             body.extend(quote! {
                 let (mut __lo, __hi) = (#start, #end);
                 while __lo < __hi {
@@ -553,10 +588,7 @@ impl<'a> Loops<'a> {
                     #(let mut #rooms = [0.0; __loops::BLOCK];)*
                     {
                         #(let #rooms = &mut #rooms[..__m];)*
-                        for __j in 0..__m {
-                            #statements
-                            #(#rooms[__j] = #values;)*
-                        }
+                        #block
                     }
                     #(#sums.add(__loops::block_sum(&#rooms[..__m]));)*
                     __lo += __m as isize;

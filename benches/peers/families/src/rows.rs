@@ -1,0 +1,153 @@
+//! One function for every system: its candidates, and what is printed.
+
+use dynamics::families::model::{FamilyModel, View};
+use dynamics::prelude::*;
+
+use crate::models::{Beam, CubicChain, PlanarString};
+use crate::rivals;
+use crate::timing::{Candidate, times};
+
+/// What is measured, by name.
+pub const ALL: [(&str, fn(usize)); 6] = [
+    ("string", string),
+    ("chain", chain),
+    ("bar", bar),
+    ("beam", beam),
+    ("leapfrog", leapfrog),
+    ("newton", newton),
+];
+
+/// Widths of vectors, in bits.
+const WIDTHS: [usize; 3] = [128, 256, 512];
+
+/// Measures and prints. Errors are those of the candidates' results, relative to the largest of the first.
+fn row(system: &str, n: usize, unknowns: usize, errors: &[f64], mut candidates: Vec<Candidate<'_>>) {
+    let times = times(&mut candidates);
+    for (k, (candidate, time)) in candidates.iter().zip(&times).enumerate() {
+        let each = time * 1e9 / unknowns as f64;
+        let error = errors.get(k).map_or(String::new(), |error| format!(",\"error\":{error:.1e}"));
+        println!(
+            "{{\"system\":\"{system}\",\"n\":{n},\"candidate\":\"{}\",\"ns_per_unknown\":{each:.4}{error}}}",
+            candidate.name
+        );
+    }
+}
+
+fn wide<'a>(bits: usize, mut call: impl FnMut() + 'a) -> Candidate<'a> {
+    let limited = move || {
+        dynamics_simd::limit_vectors(bits);
+        call();
+    };
+    Candidate { name: format!("derived, {bits} bit"), call: Box::new(limited) }
+}
+
+fn rival<'a>(name: &str, call: impl FnMut() + 'a) -> Candidate<'a> {
+    Candidate { name: name.to_owned(), call: Box::new(call) }
+}
+
+/// Largest difference, in parts of the largest value.
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    let largest = a.iter().fold(0.0f64, |most, a| most.max(a.abs()));
+    a.iter().zip(b).fold(0.0f64, |most, (a, b)| most.max((a - b).abs())) / largest
+}
+
+/// Accelerations of a model with a diagonal mass matrix at all widths, and of rivals in C.
+fn accelerations<M: FamilyModel>(
+    system: &str,
+    model: &M,
+    n: usize,
+    q: &[f64],
+    inverse: &[f64],
+    others: &[(&str, &dyn Fn(&mut [f64]))],
+) {
+    let zeros = vec![0.0; q.len()];
+    let at = View { t: 0.0, q, u: &zeros, inputs: &[] };
+    let mut results: Vec<Vec<f64>> = vec![zeros.clone(); WIDTHS.len() + others.len()];
+    let mut candidates = Vec::new();
+    let (ours, theirs) = results.split_at_mut(WIDTHS.len());
+    for (bits, a) in WIDTHS.into_iter().zip(ours) {
+        candidates.push(wide(bits, move || model.scaled_forces(at, inverse, a)));
+    }
+    for ((name, call), a) in others.iter().zip(theirs) {
+        candidates.push(rival(name, move || call(a)));
+    }
+    candidates.iter_mut().for_each(|candidate| (candidate.call)());
+    drop(candidates);
+    let errors: Vec<f64> = results.iter().map(|a| difference(&results[0], a)).collect();
+    let mut candidates = Vec::new();
+    let (ours, theirs) = results.split_at_mut(WIDTHS.len());
+    for (bits, a) in WIDTHS.into_iter().zip(ours) {
+        candidates.push(wide(bits, move || model.scaled_forces(at, inverse, a)));
+    }
+    for ((name, call), a) in others.iter().zip(theirs) {
+        candidates.push(rival(name, move || call(a)));
+    }
+    row(system, n, q.len(), &errors, candidates);
+}
+
+fn planar_string(n: usize) -> (PlanarString, Vec<f64>, Vec<f64>) {
+    let mass = 1.0 / n as f64;
+    let model =
+        PlanarString { nodes: n, pitch: 1.0 / n as f64, ea: 1e4, tension: 10.0, mass: vec![mass; n] };
+    let along = (0..n).map(|i| 1e-3 * (i as f64 * 7.0 / n as f64).sin() / n as f64);
+    let across = (0..n).map(|i| 0.1 * (i as f64 * 3.0 / n as f64).sin());
+    (model, along.chain(across).collect(), vec![1.0 / mass; 2 * n])
+}
+
+fn string(n: usize) {
+    let (model, q, inverse) = planar_string(n);
+    let (pitch, ea, tension) = (model.pitch, model.ea, model.tension);
+    let (w, x) = (inverse.as_ptr(), q.as_ptr());
+    // SAFETY: the slices have the lengths that the functions are told.
+    let scattering =
+        |a: &mut [f64]| unsafe { rivals::string_scattering(n, pitch, ea, tension, w, x, a.as_mut_ptr()) };
+    let by_nodes =
+        |a: &mut [f64]| unsafe { rivals::string_by_nodes(n, pitch, ea, tension, w, x, a.as_mut_ptr()) };
+    let fast = |a: &mut [f64]| unsafe {
+        rivals::string_by_nodes_fast(n, pitch, ea, tension, w, x, a.as_mut_ptr());
+    };
+    let others: [(&str, &dyn Fn(&mut [f64])); 3] = [
+        ("gcc, scattering", &scattering),
+        ("gcc, by nodes", &by_nodes),
+        ("gcc -ffast-math, by nodes", &fast),
+    ];
+    accelerations("string", &model, n, &q, &inverse, &others);
+}
+
+fn chain(n: usize) {
+    let model = CubicChain { nodes: n, m: 1.0, k: 1.0, beta: 0.3 };
+    let q: Vec<f64> = (0..n).map(|i| (i as f64 * 3.0 / n as f64).sin()).collect();
+    let inverse = vec![1.0; n];
+    let (k, beta, w, x) = (model.k, model.beta, inverse.as_ptr(), q.as_ptr());
+    // SAFETY: as above.
+    let by_nodes = |a: &mut [f64]| unsafe { rivals::chain_by_nodes(n, k, beta, w, x, a.as_mut_ptr()) };
+    let scattering = |a: &mut [f64]| unsafe { rivals::chain_scattering(n, k, beta, w, x, a.as_mut_ptr()) };
+    let others: [(&str, &dyn Fn(&mut [f64])); 2] =
+        [("gcc, by nodes", &by_nodes), ("gcc, scattering", &scattering)];
+    accelerations("cubic chain", &model, n, &q, &inverse, &others);
+}
+
+fn beam(n: usize) {
+    let model =
+        Beam { elements: n, length: 1.0, ea: 1e4, ga: 4e3, ei: 1.0, rho: 1.0, spin: 1e-3 };
+    let h = model.length / n as f64;
+    let x = (0..n).map(|i| h * (i + 1) as f64);
+    let y = (0..n).map(|i| 0.1 * (3.0 * h * (i + 1) as f64).sin());
+    let theta = (0..=n).map(|i| (0.3 * (3.0 * h * i as f64).cos()).atan());
+    let q: Vec<f64> = x.chain(y).chain(theta).collect();
+    let end = |i: usize| if i == n { 0.5 } else { 1.0 };
+    let places = (1..=n).map(|i| 1.0 / (model.rho * h * end(i)));
+    let angles = (0..=n).map(|i| 1.0 / (model.spin * h * if i == 0 { 0.5 } else { end(i) }));
+    let inverse: Vec<f64> = places.clone().chain(places).chain(angles).collect();
+    let (ea, ga, ei, w, x) = (model.ea, model.ga, model.ei, inverse.as_ptr(), q.as_ptr());
+    // SAFETY: as above.
+    let gcc = |a: &mut [f64]| unsafe { rivals::beam_scattering(n, h, ea, ga, ei, w, x, a.as_mut_ptr()) };
+    let fast =
+        |a: &mut [f64]| unsafe { rivals::beam_scattering_fast(n, h, ea, ga, ei, w, x, a.as_mut_ptr()) };
+    let others: [(&str, &dyn Fn(&mut [f64])); 2] =
+        [("gcc, scattering", &gcc), ("gcc -ffast-math, scattering", &fast)];
+    accelerations("beam", &model, n, &q, &inverse, &others);
+}
+fn bar(_: usize) {}
+fn leapfrog(_: usize) {}
+fn newton(_: usize) {}
