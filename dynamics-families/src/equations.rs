@@ -1,10 +1,14 @@
-//! The equations of motion of a run: q̈ = M⁻¹ Q with the inputs of the moment. Evaluations allocate nothing.
+//! The equations of motion of a run: q̈ = M⁻¹ (Q + Jᵀλ) with the inputs of the moment. Evaluations allocate
+//! nothing.
 
 use dynamics_runtime::simulate::OptionError;
 
+use crate::constraints::{ConstraintSummary, Rows};
 use crate::failure::FamilyErrorKind;
+use crate::integrate::Point;
 use crate::mass::Mass;
 use crate::model::{FamilyModel, FamilyState, View};
+use crate::reaction::Multipliers;
 
 /// Input values by time and state, written to a slice. The error is another number of values.
 pub(crate) type Law<'m, S> = Box<dyn Fn(f64, &S, &mut [f64]) -> Result<(), usize> + Send + Sync + 'm>;
@@ -19,6 +23,10 @@ pub(crate) struct Equations<'r, 'm, M: FamilyModel> {
     /// What the law is called with.
     seen: Option<M::State>,
     memory: Vec<f64>,
+    /// The constraints, where the model has some.
+    pub(crate) rows: Option<Box<Rows>>,
+    /// The largest correction back onto the constraints, in parts of the size of the coordinates.
+    pub(crate) correction: f64,
     /// Evaluations of Q.
     pub(crate) evaluations: u64,
 }
@@ -29,11 +37,45 @@ impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
         mass: &'r Mass,
         law: Option<&'r Law<'m, M::State>>,
         start: &M::State,
-    ) -> Self {
+    ) -> Result<Self, FamilyErrorKind> {
         let needs_memory = M::VELOCITY_FORCES || matches!(mass, Mass::Banded(_));
         let memory = vec![0.0; if needs_memory { 2 * start.q().len() } else { 0 }];
         let seen = law.is_some().then(|| start.clone());
-        Self { model, mass, law, inputs: start.inputs().to_vec(), seen, memory, evaluations: 0 }
+        let rows = Rows::new(model, mass, start.ends())
+            .map_err(|_| FamilyErrorKind::NotBanded { matrix: "system of the constraints" })?;
+        let inputs = start.inputs().to_vec();
+        let rows = rows.map(Box::new);
+        Ok(Self { model, mass, law, inputs, seen, memory, rows, correction: 0.0, evaluations: 0 })
+    }
+
+    /// λ of the last evaluation of the accelerations.
+    pub(crate) fn multipliers(&self) -> Multipliers {
+        match &self.rows {
+            Some(rows) => Multipliers::new(rows.multipliers.clone(), rows.ends.clone()),
+            None => Multipliers::default(),
+        }
+    }
+
+    /// Moves the end of a step onto the constraints; the largest correction is kept.
+    pub(crate) fn project_end(&mut self, y: &mut Point) -> Result<(), FamilyErrorKind> {
+        let Some(rows) = &mut self.rows else { return Ok(()) };
+        let projection = rows.project(self.model, y.t, &mut y.q, &mut y.u, &self.inputs)?;
+        self.correction = self.correction.max(projection.off);
+        Ok(())
+    }
+
+    /// What a run says of its constraints, with the multipliers at this state.
+    pub(crate) fn constraint_summary(&mut self, y: &Point) -> Option<ConstraintSummary> {
+        self.rows.as_ref()?;
+        let mut a = vec![0.0; y.q.len()];
+        let solved = self.accelerations(y.t, &y.q, &y.u, &mut a);
+        let (rows, correction) = (self.rows.as_ref()?, self.correction);
+        Some(ConstraintSummary {
+            rows: rows.multipliers.len(),
+            system: rows.describe(),
+            correction,
+            residual: if solved.is_ok() { rows.residual_of(&a) } else { f64::NAN },
+        })
     }
 
     /// Sets the inputs for a time and a state.
@@ -79,7 +121,10 @@ impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
                 parts.1.solve(a, &mut self.memory[..q.len()]);
             }
         }
-        Ok(())
+        match &mut self.rows {
+            Some(rows) => rows.constrain(self.model, at, a),
+            None => Ok(()),
+        }
     }
 
     /// Q, written to `forces`.

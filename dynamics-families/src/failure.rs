@@ -89,6 +89,44 @@ pub enum FamilyErrorKind {
         /// What to do.
         remedy: &'static str,
     },
+    /// The start is not on the constraints.
+    #[error(
+        "the start violates `{row}`{}; build it with `.assemble()`, which moves it onto the constraints, or \
+         place it there", if *.rate { " by its velocities" } else { "" }
+    )]
+    StartViolates {
+        /// The row, `link[7]`.
+        row: String,
+        /// Whether its rate is violated, and not its value.
+        rate: bool,
+    },
+    /// Rows of constraints depend on one another.
+    #[error(
+        "`{row}` follows from other constraints here, or restricts nothing, so that its reaction is not \
+         determined; leave it out, or keep the motion away from such positions"
+    )]
+    DependentRows {
+        /// The row, `link[7]`.
+        row: String,
+    },
+    /// The derivative of a row is infinite or not a number.
+    #[error(
+        "the derivative of `{row}` is not finite; write lengths as squares, or keep the motion away from where \
+         they vanish"
+    )]
+    RowNotFinite {
+        /// The row, `link[7]`.
+        row: String,
+    },
+    /// No state on the constraints was found near this one.
+    #[error(
+        "no position near this one fulfils `{row}`; begin nearer to the constraints, or check that they do \
+         not contradict one another"
+    )]
+    NotProjected {
+        /// The row, `link[7]`.
+        row: String,
+    },
     /// The fixed step is longer than the stability of an explicit method permits.
     #[error(
         "a fixed step of {} is too long for {method}: waves grow without bounds above {:.6e}, the bound by \
@@ -195,6 +233,14 @@ impl FamilyErrorKind {
         }
     }
 
+    /// Whether constraints could not be solved or fulfilled at a state that was tried.
+    pub(crate) fn is_of_constraints(&self) -> bool {
+        matches!(
+            self,
+            Self::DependentRows { .. } | Self::RowNotFinite { .. } | Self::NotProjected { .. }
+        )
+    }
+
     /// Whether nothing was computed.
     pub(crate) fn is_of_options(&self) -> bool {
         matches!(
@@ -203,6 +249,7 @@ impl FamilyErrorKind {
                 | Self::Option(_)
                 | Self::StateLength { .. }
                 | Self::StartNotFinite { .. }
+                | Self::StartViolates { .. }
                 | Self::StepTooLong { .. }
                 | Self::NeedsFixedStep { .. }
                 | Self::Unsuited { .. }

@@ -17,6 +17,7 @@
 //! | `loops`, `generated` | what generated code is made of |
 //! | `integrate/` | methods: Störmer–Verlet and its compositions, Runge–Kutta, implicit ones |
 //! | `equations`, `mass` | accelerations from forces; M and its factors |
+//! | `constraints`, `reaction` | multipliers, corrections onto constraints; reactions by name |
 //! | `step_bound` | the longest step of a method |
 //! | `record`, `file` | frames in memory and in files |
 //! | `motion`, `summary`, `failure`, `error` | what a run leaves |
@@ -25,6 +26,7 @@
 //! | `statics`, `modes` | equilibria, frequencies |
 //! | `linalg/` | banded matrices with a border |
 
+mod constraints;
 mod equations;
 mod error;
 mod failure;
@@ -41,6 +43,7 @@ pub mod model;
 mod modes;
 mod motion;
 mod output;
+pub mod reaction;
 mod record;
 mod run;
 mod simulation;
@@ -50,6 +53,7 @@ mod step_bound;
 mod summary;
 mod tangent;
 
+pub use constraints::ConstraintSummary;
 pub use error::FamilyError;
 pub use failure::{FamilyErrorKind, FamilyMotionError};
 pub use methods::FamilyMethod;

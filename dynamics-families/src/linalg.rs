@@ -5,3 +5,4 @@ pub(crate) mod banded;
 pub(crate) mod bordered;
 pub(crate) mod dense;
 pub(crate) mod order;
+pub(crate) mod tridiagonal;

@@ -62,13 +62,7 @@ impl Mass {
     pub(crate) fn describe(&self) -> String {
         match self {
             Self::Diagonal(_) => String::from("diagonal"),
-            Self::Banded(parts) => {
-                let layout = &parts.0.layout;
-                match layout.border() {
-                    0 => format!("banded, half width {}", layout.half),
-                    border => format!("banded, half width {}, border of {border}", layout.half),
-                }
-            }
+            Self::Banded(parts) => parts.0.layout.describe(),
         }
     }
 

@@ -4,9 +4,12 @@
 //! `#[coordinates(..)]`: a family of n nodes takes n places, an ordinary coordinate takes one. Velocities,
 //! accelerations and forces have the same order.
 
+use core::any::TypeId;
 use core::fmt::Debug;
 
 pub use dynamics_runtime::model::{Described, Quantity};
+
+use crate::reaction::Multipliers;
 
 /// A declared coordinate: a family, or an ordinary coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +45,36 @@ pub struct OutputDeclaration {
     pub unit: &'static str,
     /// Whether the function returns a `Vec`: a value for every index.
     pub numbered: bool,
+}
+
+/// Rows of constraints that belong together: one component of a constraint, in all rounds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RowField {
+    /// The name of the user's function.
+    pub name: &'static str,
+    /// Which component of what it returns: empty, `.x`.
+    pub component: &'static str,
+    /// Its unit as text, empty where unknown or 1.
+    pub unit: &'static str,
+    /// Which constraint, in the order of the rows.
+    pub constraint: usize,
+    /// Whether there is a row for every index.
+    pub numbered: bool,
+    /// Whether it restricts coordinates, and not velocities alone.
+    pub holonomic: bool,
+}
+
+/// What rows of constraints have at a state; R rows.
+#[derive(Debug)]
+pub struct RowValues<'a> {
+    /// Φ, R; 0 for nonholonomic rows. To be zero when given: sums over an index are added.
+    pub residual: &'a mut [f64],
+    /// Φ̇ = Φ_q q̇ + Φ_t, or A q̇ + b; R, likewise.
+    pub velocity_residual: &'a mut [f64],
+    /// γ with Φ_q q̈ = γ; R, likewise.
+    pub gamma: &'a mut [f64],
+    /// Entries of Φ_q and A, in the order of [`FamilyModel::row_pattern`].
+    pub jacobian: &'a mut [f64],
 }
 
 /// A count or the length of a numbered parameter that does not suit the model.
@@ -110,6 +143,9 @@ impl EnergyParts {
 
 /// Where entries of a matrix go, as (row, column, value). Entries of one place are added.
 pub type Entries<'a> = dyn FnMut(usize, usize, f64) + 'a;
+
+/// Where pairs of a row and a coordinate go.
+pub type Pairs<'a> = dyn FnMut(usize, usize) + 'a;
 
 /// A state of a model with families: t, q, u and inputs on the heap. The derive generates one such type per
 /// model, with an accessor for every name.
@@ -182,9 +218,30 @@ pub trait FamilyModel: Described + Sized + Sync + 'static {
     /// The entries of −∂Q/∂u at a state; none without velocity forces.
     fn damping(&self, at: View<'_>, add: &mut Entries<'_>);
     /// Time jets at a state with these accelerations: what outputs and drawings are called with. Allocates.
-    fn coordinates(state: &Self::State, accelerations: &[f64]) -> Self::Coordinates;
+    /// `multipliers` are what reactions are read from.
+    fn coordinates(
+        state: &Self::State,
+        accelerations: &[f64],
+        multipliers: Multipliers,
+    ) -> Self::Coordinates;
     /// The values of an output, by its index in [`FamilyModel::OUTPUTS`]; none where there is no such.
     fn output(&self, index: usize, q: &Self::Coordinates) -> Vec<f64>;
+    /// The rows of the constraints in order, the holonomic ones first: M q̈ = Q + Φ_qᵀλ, Φ_q q̈ = γ.
+    const ROWS: &'static [RowField] = &[];
+    /// Where the rows of every field end; the last is the number of rows.
+    fn row_ends(&self) -> Vec<usize> {
+        Vec::new()
+    }
+    /// Which entries Φ_q and A may have, as (row, coordinate). Entries of one place are added.
+    fn row_pattern(&self, _visit: &mut Pairs<'_>) {}
+    /// What the rows have at a state.
+    fn rows(&self, _at: View<'_>, _into: RowValues<'_>) {}
+    /// The entries of −∂(Φ_qᵀλ)/∂q at a state.
+    fn row_stiffness(&self, _at: View<'_>, _multipliers: &[f64], _add: &mut Entries<'_>) {}
+    /// The constraint with this function, by [`RowField::constraint`].
+    fn constraint_of(_function: TypeId) -> Option<usize> {
+        None
+    }
     /// Where the nodes are, for drawings: for each helper that gives places by index, its name and points
     /// (x, y, z) in order.
     fn places(&self, _q: &Self::Coordinates) -> Vec<(&'static str, Vec<[f64; 3]>)> {

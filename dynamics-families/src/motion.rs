@@ -11,6 +11,7 @@ use crate::integrate::Point;
 use crate::integrate::hermite::quintic;
 use crate::methods::FamilyMethod;
 use crate::model::{EnergyParts, FamilyModel, FamilyState};
+use crate::reaction::Multipliers;
 use crate::record::Record;
 
 /// Times agree to this part of the motion.
@@ -164,13 +165,28 @@ impl<'m, M: FamilyModel> FamilyMotion<'m, M> {
     /// q̈ at a state, with the inputs of the state.
     #[must_use]
     pub fn accelerations_of(&self, state: &M::State) -> Vec<f64> {
-        let mut equations = Equations::new(self.model, &self.record.mass, None, state);
+        self.solution_at(state).0
+    }
+
+    /// q̈ and λ at a state; not a number where they do not exist.
+    fn solution_at(&self, state: &M::State) -> (Vec<f64>, Multipliers) {
         let mut a = vec![0.0; state.q().len()];
-        match equations.accelerations(state.t(), state.q(), state.u(), &mut a) {
-            Ok(()) => a,
-            // Without an inputs closure evaluations cannot fail.
-            Err(_) => vec![f64::NAN; state.q().len()],
+        let solved = Equations::new(self.model, &self.record.mass, None, state).and_then(|mut equations| {
+            equations.accelerations(state.t(), state.q(), state.u(), &mut a)?;
+            Ok(equations.multipliers())
+        });
+        match solved {
+            Ok(multipliers) => (a, multipliers),
+            Err(_) => (vec![f64::NAN; state.q().len()], Multipliers::default()),
         }
+    }
+
+    /// The multipliers λ of a constraint at a state, named by its function, row after row: generalized
+    /// forces that push toward growing values of the constraint. `None` where no constraint has the name.
+    #[must_use]
+    pub fn multipliers_of(&self, name: &str, state: &M::State) -> Option<Vec<f64>> {
+        M::ROWS.iter().find(|field| field.name == name)?;
+        Some(self.solution_at(state).1.of_name::<M>(name))
     }
 
     /// T and V at a state, with the inputs of the state.
@@ -219,6 +235,7 @@ impl<'m, M: FamilyModel> FamilyMotion<'m, M> {
 
     /// The values of an output at a state.
     pub(crate) fn values_of(&self, index: usize, state: &M::State) -> Vec<f64> {
-        self.model.output(index, &M::coordinates(state, &self.accelerations_of(state)))
+        let (accelerations, multipliers) = self.solution_at(state);
+        self.model.output(index, &M::coordinates(state, &accelerations, multipliers))
     }
 }

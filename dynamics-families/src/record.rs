@@ -3,6 +3,7 @@
 use core::time::Duration;
 use std::sync::Arc;
 
+use crate::constraints::ConstraintSummary;
 use crate::equations::Equations;
 use crate::failure::FamilyErrorKind;
 use crate::file::FrameFile;
@@ -110,6 +111,7 @@ pub(crate) struct Record<M: FamilyModel> {
     pub(crate) start: M::State,
     pub(crate) end: M::State,
     pub(crate) mass: Arc<Mass>,
+    pub(crate) constraints: Option<ConstraintSummary>,
     pub(crate) method: FamilyMethod,
     pub(crate) reason: String,
     pub(crate) energy: EnergyHistory,
@@ -221,7 +223,8 @@ impl<M: FamilyModel> Recorder<M> {
         let mut outputs = Vec::new();
         if !self.scalar_outputs.is_empty() {
             equations.accelerations(y.t, &y.q, &y.u, &mut self.accelerations)?;
-            let coordinates = M::coordinates(&self.template, &self.accelerations);
+            let multipliers = equations.multipliers();
+            let coordinates = M::coordinates(&self.template, &self.accelerations, multipliers);
             let value = |&index: &usize| {
                 equations.model.output(index, &coordinates).first().copied().unwrap_or(f64::NAN)
             };

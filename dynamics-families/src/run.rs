@@ -141,12 +141,14 @@ impl<'r, 'm, M: FamilyModel> Run<'r, 'm, M> {
         }
     }
 
-    fn record(self, mass: &Arc<Mass>) -> Record<M> {
+    fn record(mut self, mass: &Arc<Mass>) -> Record<M> {
+        let constraints = self.equations.constraint_summary(&self.y);
         let end = self.recorder.last().clone();
         Record {
             start: self.start,
             end,
             mass: Arc::clone(mass),
+            constraints,
             method: self.plan.method,
             reason: self.plan.reason,
             energy: self.recorder.energy,
@@ -310,13 +312,19 @@ impl<'r, 'm, M: FamilyModel> Run<'r, 'm, M> {
             let clipped = clip(h, left);
             let signed = clipped * direction;
             let resolution = 4.0 * f64::EPSILON * self.y.t.abs().max(f64::MIN_POSITIVE);
-            stages.attempt(&mut self.equations, &self.y, signed)?;
+            // Off the constraints, and where rows have no value, a shorter step may do.
+            let attempted = stages.attempt(&mut self.equations, &self.y, signed);
+            let attempted = match attempted {
+                Err(kind) if !kind.is_of_constraints() => return Err(kind.into()),
+                other => other,
+            };
             let error = norm.of(&stages, &self.y, signed);
-            if error.is_nan() || stages.end.not_finite().is_some() {
+            if attempted.is_err() || error.is_nan() || stages.end.not_finite().is_some() {
                 self.rejected += 1;
                 controller.failed();
                 h = clipped * SHORTER;
                 if h <= resolution || h < 1e-30 * left {
+                    attempted.map_err(|kind| Failure { kind, step: signed })?;
                     let bad = |k: &Vec<f64>| k.iter().position(|a| !a.is_finite());
                     let unknown = stages.k.iter().find_map(bad).or_else(|| stages.end.not_finite());
                     return Err(Failure { kind: self.not_finite(unknown.unwrap_or(0)), step: signed });

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use dynamics_runtime::integrate::Tolerances;
 use dynamics_runtime::simulate::{DEFAULT_MAX_STEPS, DEFAULT_TOLERANCE, OptionError};
 
+use crate::constraints::row_name;
 use crate::equations::{Equations, Law};
 use crate::error::FamilyError;
 use crate::failure::{FamilyErrorKind, check_state};
@@ -25,6 +26,8 @@ use crate::step_bound;
 const BOUND_ROUNDING: f64 = 1e-9;
 /// Radius of the half disc of h λ, on the side of decay, in which RK4 is stable.
 const RK4_HALF_DISC: f64 = 2.6;
+/// How far a start may be off the constraints, in parts of the size of positions, and of velocities.
+const MOST_OFF: f64 = 1e-6;
 
 /// Values of inputs: an array with a number for each, a number for one input, or a `Vec`.
 pub trait InputRow {
@@ -250,10 +253,11 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
             .map_err(|problem| failed(FamilyErrorKind::of_mass::<M>(problem, &ends)))?;
         let mass = Arc::new(mass);
         let law = self.law.take();
-        let mut equations = Equations::new(self.model, &mass, law.as_ref(), &self.start);
+        let mut equations = Equations::new(self.model, &mass, law.as_ref(), &self.start).map_err(failed)?;
         equations.check_inputs().map_err(|error| failed(error.into()))?;
         equations.set_inputs(time, self.start.q(), self.start.u()).map_err(failed)?;
         self.start.parts_mut().3.copy_from_slice(&equations.inputs);
+        self.place_on_constraints(&mut equations).map_err(failed)?;
         let longest = step_bound::longest_step(self.model, &self.start, &equations.inputs, &ends);
         // Without a bound a step is taken as it is; what then grows without bounds ends the run.
         let longest = longest.ok();
@@ -291,6 +295,20 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
         Run::new(equations, recorder, plan, &self.start)
             .go(&mass)
             .map(|record| FamilyMotion { model: self.model, record: Arc::new(record) })
+    }
+
+    /// Moves the start onto the constraints, off which it may be by a little.
+    fn place_on_constraints(&mut self, equations: &mut Equations<'_, '_, M>) -> Result<(), FamilyErrorKind> {
+        let Some(rows) = &mut equations.rows else { return Ok(()) };
+        let (t, q, u, _) = self.start.parts_mut();
+        let found = rows.project(self.model, *t, q, u, &equations.inputs)?;
+        let places = (found.off, found.row, false);
+        match [places, (found.rate_off, found.rate_row, true)].into_iter().find(|at| at.0 > MOST_OFF) {
+            None => Ok(()),
+            Some((_, row, rate)) => {
+                Err(FamilyErrorKind::StartViolates { row: row_name::<M>(&rows.ends, row), rate })
+            }
+        }
     }
 
     /// Options that are numbers; the end.
@@ -353,6 +371,13 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
                 remedy: "choose methods::Rk4 or an adaptive method",
             });
         }
+        if !M::ROWS.is_empty() && (method.is_splitting() || method.is_implicit()) {
+            return Err(FamilyErrorKind::Unsuited {
+                method,
+                reason: "it has constraints",
+                remedy: "choose methods::Rk4 or an adaptive method",
+            });
+        }
         if let FamilyMethod::GeneralizedAlpha { rho } = method
             && !(0.0..=1.0).contains(&rho)
         {
@@ -368,6 +393,9 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
     fn choose_by_model(&self) -> (FamilyMethod, String) {
         let reason = String::from;
         match self.fixed {
+            Some(_) if !M::ROWS.is_empty() => {
+                (FamilyMethod::Rk4, reason("because steps are fixed and constraints hold"))
+            }
             Some(_) if M::CONSERVATIVE && !M::VELOCITY_FORCES => {
                 (FamilyMethod::StormerVerlet, reason("because steps are fixed and energy is conserved"))
             }

@@ -5,6 +5,7 @@ use core::time::Duration;
 
 use dynamics_runtime::wording::{Grouped, Part, Rounded};
 
+use crate::constraints::ConstraintSummary;
 use crate::methods::FamilyMethod;
 use crate::model::{EnergyParts, FamilyModel, FamilyState};
 use crate::motion::FamilyMotion;
@@ -82,6 +83,8 @@ pub struct FamilySummary {
     pub unknowns: usize,
     /// The structure of the mass matrix in words.
     pub mass: String,
+    /// The constraints, where the model has some.
+    pub constraints: Option<ConstraintSummary>,
     /// The method.
     pub method: FamilyMethod,
     /// Why this method.
@@ -133,6 +136,7 @@ impl<M: FamilyModel> FamilyMotion<'_, M> {
             interval: (self.start_time(), self.end_time()),
             unknowns,
             mass: record.mass.describe(),
+            constraints: record.constraints.clone(),
             method: record.method,
             reason: record.reason.clone(),
             steps: record.steps,
@@ -201,6 +205,10 @@ impl fmt::Display for FamilySummary {
         let (start, end) = self.interval;
         writeln!(f, "{} from t = {} to {}", self.model, Rounded(start), Rounded(end))?;
         writeln!(f, "  unknowns     {}; mass matrix {}", Grouped(self.unknowns as u64), self.mass)?;
+        if let Some(ConstraintSummary { rows, system, correction, residual }) = &self.constraints {
+            writeln!(f, "  constraints  {} rows, {system}", Grouped(*rows as u64))?;
+            writeln!(f, "               corrections to {correction:.1e}, residual of the solution {residual:.1e}")?;
+        }
         writeln!(f, "  method       {}, {}", self.method, self.reason)?;
         writeln!(
             f,

@@ -155,6 +155,13 @@ fn families(
         let node = if field.length.is_some() { format!("{}[0]", field.name) } else { field.name.clone() };
         field.unit = unit(&node).unwrap_or_default();
     }
+    let mut known = compiled.model.constraints.iter();
+    for constraint in &mut family.constraints {
+        let Some(unrolled) = known.next() else { continue };
+        for (unit, of_row) in constraint.units.iter_mut().zip(&unrolled.units) {
+            unit.clone_from(of_row);
+        }
+    }
     let conserved: Vec<String> =
         compiled.equations.conserved.iter().map(|c| c.quantity.name.clone()).collect();
     let report = dynamics_symbolic::families::report(&family, &derived, &conserved);

@@ -157,6 +157,10 @@ catalogue! {
         unrolled; this is a mistake of `dynamics`, please report it";
     sum_as_value() "of a sum over an index only sums, differences and multiples can be made yet; do this \
         with every summand, or give what the sum stands for a coordinate of its own";
+    constraint_option_beside_families(option) "`{option}` is not supported in a model with families of \
+        coordinates; write the constraint without it, or a model of fixed size";
+    reaction_in_force_of_families() "forces that depend on reactions are not supported in a model with \
+        families of coordinates; read reactions in an `#[output]`, or write a model of fixed size";
     role_beside_families(role, instead) "`#[{role}]` is not supported in a model with families of \
         coordinates; {instead}, or write a model of fixed size";
 

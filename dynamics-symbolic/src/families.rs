@@ -4,19 +4,25 @@
 //! its inertia, its stiffness. The graph holds an element's own symbols: `s[i]` and `s[i + 1]` are two
 //! coordinates of it, wherever i is. A back end prints loops over i.
 //!
-//! Flow: `model` ← `index_free` ← `derive` ← `shift` ← `text`; `derive` ← `verify`. `verify` compares the elements, put
+//! Flow: `model`, `slopes` ← `rows`, `index_free` ← `derive` ← `shift` ← `text`; `derive` ← `verify`.
+//! `verify` compares the elements, put
 //! together, with the same model unrolled at small counts, which went through the whole pipeline of ordinary
 //! models.
 
 mod derive;
 mod index_free;
 mod model;
+mod rows;
 mod shift;
+mod slopes;
 mod text;
 mod verify;
 
 pub use derive::{Derived, Element, NoElement, derive};
-pub use model::{Anchor, FamilyModel, Field, Local, NodeIndex, Range, Source, Term, TermKind};
+pub use model::{
+    Anchor, FamilyConstraint, FamilyModel, Field, Local, NodeIndex, Range, RowPart, Source, Term, TermKind,
+};
+pub use rows::{RowElement, RowTerm};
 pub use shift::interior_forces;
 pub use text::{equations, operations, report};
 pub use verify::{Mismatch, verify};

@@ -148,16 +148,23 @@ impl Stages {
         h: f64,
     ) -> Result<(), FamilyErrorKind> {
         self.start(equations, y)?;
-        for i in 1..self.k.len() {
+        let last = self.k.len();
+        for i in 1..last {
             let (before, rest) = self.k.split_at_mut(i);
             let row = &self.tableau.rows[i];
             Self::combine(before, row, y, h, &mut self.end);
             let t = y.t + row.node * h;
+            if self.tableau.first_same_as_last && i + 1 == last {
+                self.end.t = t;
+                equations.project_end(&mut self.end)?;
+            }
             equations.accelerations(t, &self.end.q, &self.end.u, &mut rest[0])?;
         }
         // The last stage of a method that reuses it stands at the end already.
         if !self.tableau.first_same_as_last {
             Self::combine(&self.k, &self.tableau.result, y, h, &mut self.end);
+            self.end.t = y.t + h;
+            equations.project_end(&mut self.end)?;
         }
         Ok(())
     }

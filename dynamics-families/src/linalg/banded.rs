@@ -82,6 +82,8 @@ impl Banded {
 pub(crate) enum Pivots {
     /// They end.
     Positive,
+    /// They end where one is at rounding; rows are to be scaled to 1.
+    Regular,
     /// They go on; one that vanishes is replaced by one at rounding. Signs of pivots are the signs of the
     /// eigenvalues (Sylvester).
     AnySign,
@@ -89,6 +91,9 @@ pub(crate) enum Pivots {
 
 /// Smallest pivot, in parts of the largest entry of its row.
 const LEAST_PIVOT: f64 = 1e-15;
+
+/// Smallest pivot of a matrix with rows scaled to 1, whose rows are to be independent.
+const LEAST_SCALED_PIVOT: f64 = 1e-13;
 
 /// L D Lᵀ of a symmetric banded matrix. Only its lower half is read.
 #[derive(Clone, Debug)]
@@ -138,6 +143,9 @@ impl Ldl {
                 self.lower[i * b + (j + b - i)] = l;
             }
             let least = LEAST_PIVOT * scale;
+            if pivots == Pivots::Regular && pivot.abs() <= LEAST_SCALED_PIVOT {
+                return Err(i);
+            }
             if pivots == Pivots::Positive && pivot.partial_cmp(&least) != Some(core::cmp::Ordering::Greater) {
                 return Err(i);
             }

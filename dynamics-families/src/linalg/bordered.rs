@@ -131,6 +131,8 @@ pub(crate) enum Kind {
     Positive,
     /// Symmetric, of any inertia.
     Symmetric,
+    /// Symmetric, of any inertia but without small pivots, or an error. Rows are to be scaled to 1.
+    Regular,
     /// Of any kind.
     General,
 }
@@ -175,7 +177,11 @@ impl Factors {
         match &mut self.core {
             Core::Lu(lu) => lu.factor(&matrix.core).map_err(unknown)?,
             Core::Ldl(ldl) => {
-                let pivots = if kind == Kind::Positive { Pivots::Positive } else { Pivots::AnySign };
+                let pivots = match kind {
+                    Kind::Positive => Pivots::Positive,
+                    Kind::Regular => Pivots::Regular,
+                    Kind::Symmetric | Kind::General => Pivots::AnySign,
+                };
                 ldl.factor(&matrix.core, pivots).map_err(unknown)?;
                 (self.negative, self.singular) = (ldl.negative, ldl.singular);
             }
@@ -206,6 +212,9 @@ impl Factors {
             }
             self.negative += values.iter().filter(|&&value| value < 0.0).count();
             self.singular |= values.iter().any(|value| value.abs() <= least);
+            if kind == Kind::Regular && self.singular {
+                return Err(unknown(n));
+            }
         }
         self.schur.factor().map_err(|k| self.layout.unknown[n + k])
     }

@@ -40,13 +40,68 @@ impl Layout {
     /// For fields that end at `ends` and a matrix with these entries.
     pub(crate) fn new(ends: &[usize], pattern: &mut Pattern<'_>) -> Result<Self, NotBanded> {
         let n = ends.last().copied().unwrap_or(0);
-        let order = by_node(ends);
+        Self::of_order(by_node(ends), ends, n, pattern, &[])
+    }
+
+    /// For coordinates and, behind them, rows of constraints: M and J, whose entries are pairs of a row and a
+    /// coordinate. A row comes after the last node that it couples.
+    pub(crate) fn with_rows(
+        ends: &[usize],
+        row_ends: &[usize],
+        mass: &mut Pattern<'_>,
+        pairs: &[(u32, u32)],
+    ) -> Result<Self, NotBanded> {
+        let n = ends.last().copied().unwrap_or(0);
+        let rows = row_ends.last().copied().unwrap_or(0);
+        let is_ordinary = ordinary(ends);
+        let mut last = vec![None; rows];
+        for &(row, unknown) in pairs {
+            let field = ends.partition_point(|&end| end <= unknown as usize);
+            if !is_ordinary[field] {
+                let node = unknown as usize - if field == 0 { 0 } else { ends[field - 1] };
+                let last = &mut last[row as usize];
+                *last = (*last).max(Some(node));
+            }
+        }
+        // Rows between ordinary coordinates alone belong to the border, as these do.
+        let mut keyed: Vec<((usize, usize), usize)> = Vec::with_capacity(n + rows);
+        for (k, &unknown) in by_node(ends).iter().enumerate() {
+            let field = ends.partition_point(|&end| end <= unknown);
+            let node = unknown - if field == 0 { 0 } else { ends[field - 1] };
+            keyed.push(((node, k), unknown));
+        }
+        keyed.extend(last.iter().enumerate().map(|(row, last)| ((last.unwrap_or(0), n + row), n + row)));
+        keyed.sort_unstable();
+        let order = keyed.into_iter().map(|(_, unknown)| unknown).collect();
+        let mut all = |visit: &mut dyn FnMut(usize, usize)| {
+            mass(visit);
+            pairs.iter().for_each(|&(row, unknown)| visit(n + row as usize, unknown as usize));
+        };
+        let alone: Vec<usize> = (0..rows).filter(|&row| last[row].is_none()).map(|row| n + row).collect();
+        Self::of_order(order, ends, n + rows, &mut all, &alone)
+    }
+
+    /// Its structure in words.
+    pub(crate) fn describe(&self) -> String {
+        match self.border() {
+            0 => format!("banded, half width {}", self.half),
+            border => format!("banded, half width {}, border of {border}", self.half),
+        }
+    }
+
+    fn of_order(
+        order: Vec<usize>,
+        ends: &[usize],
+        n: usize,
+        pattern: &mut Pattern<'_>,
+        alone: &[usize],
+    ) -> Result<Self, NotBanded> {
         let mut place = vec![0; n];
         order.iter().enumerate().for_each(|(k, &unknown)| place[unknown] = k);
 
         let limit = (FAR_NODES * ends.len()).min(n);
         let limit = dominant_width(&place, limit, pattern);
-        let border = border(&place, limit, ends, pattern)?;
+        let border = border(&place, limit, ends, pattern, alone)?;
 
         let mut in_border = vec![false; n];
         border.iter().for_each(|&unknown| in_border[unknown] = true);
@@ -68,6 +123,14 @@ impl Layout {
     pub(crate) fn border(&self) -> usize {
         self.unknown.len() - self.core
     }
+}
+
+/// Which fields are ordinary coordinates beside families.
+fn ordinary(ends: &[usize]) -> Vec<bool> {
+    let lengths: Vec<usize> =
+        (0..ends.len()).map(|field| ends[field] - if field == 0 { 0 } else { ends[field - 1] }).collect();
+    let has_families = lengths.iter().any(|&length| length > 1);
+    lengths.iter().map(|&length| has_families && length == 1).collect()
 }
 
 /// The unknowns by their number within their field.
@@ -113,6 +176,7 @@ fn border(
     limit: usize,
     ends: &[usize],
     pattern: &mut Pattern<'_>,
+    alone: &[usize],
 ) -> Result<Vec<usize>, NotBanded> {
     let mut far = Vec::new();
     let most = 8 * place.len() + 64;
@@ -127,11 +191,8 @@ fn border(
     far.sort_unstable();
     far.dedup();
     // Ordinary coordinates may couple to every node.
-    let lengths: Vec<usize> =
-        (0..ends.len()).map(|field| ends[field] - if field == 0 { 0 } else { ends[field - 1] }).collect();
-    let has_families = lengths.iter().any(|&length| length > 1);
-    let ordinary = ends.iter().zip(&lengths).filter(|&(_, &length)| has_families && length == 1);
-    let mut border: Vec<usize> = ordinary.map(|(&end, _)| end - 1).collect();
+    let ordinary = ends.iter().zip(ordinary(ends)).filter(|(_, ordinary)| *ordinary);
+    let mut border: Vec<usize> = ordinary.map(|(&end, _)| end - 1).chain(alone.iter().copied()).collect();
     far.retain(|(i, j)| !border.contains(i) && !border.contains(j));
     while !far.is_empty() {
         if border.len() == MOST_BORDER {

@@ -118,6 +118,9 @@ impl<'a> Elaborator<'a> {
         if !matches!(self.role, Role::Force | Role::Output | Role::Event) {
             return self.fail(method.span(), &messages::reaction_in_role(method, self.role.name()));
         }
+        if self.families.symbolic && self.role != Role::Output {
+            return self.fail(method.span(), &messages::reaction_in_force_of_families());
+        }
         if e.args.len() != 1 {
             return self.fail(method.span(), &messages::argument_count(method, 1, e.args.len()));
         }

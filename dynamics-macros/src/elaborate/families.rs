@@ -8,6 +8,7 @@
 //! A count is taken to be larger than every number that it is compared with. How large it has to be for that
 //! is noted, and checked when the model is used.
 
+mod constraints;
 mod indices;
 mod nodes;
 mod sums;
@@ -107,7 +108,8 @@ impl Elaborator<'_> {
         let fields = self.declaration.fields.iter().filter(|field| field.kind == FieldKind::Count);
         for (k, field) in fields.enumerate() {
             let of = |anchor: Anchor| matches!(anchor, Anchor::End { count, .. } if count as usize == k);
-            let ranges = found.terms.iter().filter_map(|term| term.range);
+            let of_rows = found.constraints.iter().flat_map(|c| &c.parts).filter_map(|part| part.range);
+            let ranges = found.terms.iter().filter_map(|term| term.range).chain(of_rows);
             let ends = ranges.flat_map(|range| [range.start, range.end]);
             let lengths = found.fields.iter().filter_map(|field| field.length);
             let node = |local: &Local| matches!(local.index, NodeIndex::Fixed(anchor) if of(anchor));

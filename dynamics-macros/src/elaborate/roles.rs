@@ -203,7 +203,7 @@ impl<'a> Elaborator<'a> {
     /// Adds a role's value to the model.
     fn take(&mut self, index: usize, function: &'a Function, value: Value) {
         if self.families.symbolic {
-            return self.take_of_families(function, value);
+            return self.take_of_families(index, function, value);
         }
         let place = Place::from(function.name.span());
         match function.role {
@@ -225,7 +225,7 @@ impl<'a> Elaborator<'a> {
     }
 
     /// The same in a model with families. Outputs run as functions; here their indices are checked.
-    fn take_of_families(&mut self, function: &'a Function, value: Value) {
+    fn take_of_families(&mut self, index: usize, function: &'a Function, value: Value) {
         let name = function.name.to_string();
         let role = match function.role {
             Role::Kinetic => EnergyRole::Kinetic,
@@ -238,11 +238,11 @@ impl<'a> Elaborator<'a> {
                 return self.family_terms(&name, returned(function), value, &mut kind);
             }
             Role::Output | Role::Drawing | Role::Helper => return,
-            Role::Holonomic | Role::Nonholonomic | Role::Kinematic | Role::Event => {
+            Role::Holonomic | Role::Nonholonomic => return self.family_constraint(index, function, value),
+            Role::Kinematic | Role::Event => {
                 let instead = match function.role {
                     Role::Event => "make it an `#[output]`",
-                    Role::Kinematic => "use the velocities of coordinates",
-                    _ => "write stiff springs or dampers",
+                    _ => "use the velocities of coordinates",
                 };
                 let message = messages::role_beside_families(function.role.name(), instead);
                 return self.diagnostics.error(function.role_place, &message);

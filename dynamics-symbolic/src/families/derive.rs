@@ -2,12 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use crate::calculus::{directional, gradient, gradient_entries};
+use crate::calculus::directional;
 use crate::graph::{Dependence, Graph, NodeId, Origin, Symbol};
 use crate::mechanics::{EnergyRole, ForceTerm};
 
 use super::index_free::drop_index;
 use super::model::{FamilyModel, NodeIndex, Range, TermKind};
+use super::rows::{self, RowElement};
+use super::slopes::{entries, slopes};
 
 /// What one round adds to the equations of motion; nodes of the model's graph, coordinates by their numbers
 /// among the locals.
@@ -36,6 +38,8 @@ pub struct Element {
 pub struct Derived {
     /// The elements, those with rounds first, in the order of their ranges.
     pub elements: Vec<Element>,
+    /// The rows of the constraints, in their order.
+    pub rows: Vec<RowElement>,
     /// Whether T + V is conserved.
     pub conservative: bool,
     /// Whether Q contains velocities.
@@ -90,6 +94,7 @@ pub fn derive(model: &mut FamilyModel) -> Result<Derived, Vec<NoElement>> {
     if !errors.is_empty() {
         return Err(errors);
     }
+    let rows = rows::derive(model);
     let g = &model.model.graph;
     let on = |id: NodeId, of: Dependence| g.dependence(id).on(of);
     let acts = |k: &TermKind| match k {
@@ -98,10 +103,13 @@ pub fn derive(model: &mut FamilyModel) -> Result<Derived, Vec<NoElement>> {
     };
     let velocity_forces = elements.iter().flat_map(|e| &e.forces).any(|(_, q)| on(*q, Dependence::RATES));
     Ok(Derived {
-        conservative: homogeneous && !model.terms.iter().any(|term| acts(&term.kind)),
+        conservative: homogeneous
+            && !model.terms.iter().any(|term| acts(&term.kind))
+            && !rows.iter().flat_map(|row| &row.components).any(|term| term.moves),
         velocity_forces,
         diagonal: elements.iter().flat_map(|e| &e.mass).all(|(a, b, _)| a == b),
         elements,
+        rows,
     })
 }
 
@@ -214,38 +222,6 @@ fn add(
         add_force(g, &mut element.forces, a, q);
     }
     None
-}
-
-/// The gradient's entries that are not zero.
-fn entries(
-    g: &mut Graph,
-    seeded: &[(NodeId, NodeId)],
-    kind: fn(u32) -> Symbol,
-    n: usize,
-) -> Vec<(usize, NodeId)> {
-    let all = gradient_entries(g, seeded, kind, n);
-    all.into_iter().filter(|(_, slope)| !g.is_zero(*slope)).collect()
-}
-
-/// −∂f/∂symbols by rows, where it is not zero.
-fn slopes(
-    g: &mut Graph,
-    of: &[(usize, NodeId)],
-    kind: fn(u32) -> Symbol,
-    n: usize,
-) -> Vec<(usize, usize, NodeId)> {
-    let symbols: Vec<Symbol> = (0..n as u32).map(kind).collect();
-    let one = g.one();
-    let mut all = Vec::new();
-    for (a, node) in of {
-        let row = gradient(g, &[(*node, one)], &symbols);
-        for (b, slope) in row.into_iter().enumerate() {
-            if !g.is_zero(slope) {
-                all.push((*a, b, g.neg(slope)));
-            }
-        }
-    }
-    all
 }
 
 fn add_force(g: &mut Graph, forces: &mut Vec<(usize, NodeId)>, a: usize, q: NodeId) {

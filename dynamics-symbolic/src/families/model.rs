@@ -1,7 +1,7 @@
 //! What a model with families declares.
 
 use crate::graph::{NodeId, Origin};
-use crate::mechanics::{EnergyRole, ForceTerm, Model};
+use crate::mechanics::{ConstraintKind, EnergyRole, ForceTerm, Model};
 
 /// An index that no round changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -153,6 +153,42 @@ pub struct Term {
     pub origin: Origin,
 }
 
+/// Rows of a constraint: of every round of a range, or by themselves.
+#[derive(Clone, Debug)]
+pub struct RowPart {
+    /// The rounds; `None`: once, with no index.
+    pub range: Option<Range>,
+    /// The value of each component: Φ, or A q̇ + b.
+    pub values: Vec<NodeId>,
+}
+
+/// A constraint of a model with families.
+#[derive(Clone, Debug)]
+pub struct FamilyConstraint {
+    /// The user's name.
+    pub name: String,
+    /// What it restricts.
+    pub kind: ConstraintKind,
+    /// Whether every round has rows of its own; else what all rounds say is added up.
+    pub numbered: bool,
+    /// Suffixes of the components of a round: `""`, `.x`.
+    pub components: Vec<String>,
+    /// The unit of each component as text, empty where unknown or 1.
+    pub units: Vec<String>,
+    /// What it says, in the order of its rows.
+    pub parts: Vec<RowPart>,
+    /// Where it was declared.
+    pub origin: Origin,
+}
+
+impl FamilyConstraint {
+    /// Whether it restricts coordinates.
+    #[must_use]
+    pub fn is_holonomic(&self) -> bool {
+        self.kind == ConstraintKind::Holonomic
+    }
+}
+
 /// A model with families as declared.
 #[derive(Clone, Debug, Default)]
 pub struct FamilyModel {
@@ -170,6 +206,8 @@ pub struct FamilyModel {
     pub sources: Vec<Source>,
     /// What adds up to the equations of motion.
     pub terms: Vec<Term>,
+    /// The constraints, the holonomic ones first.
+    pub constraints: Vec<FamilyConstraint>,
     /// The smallest value of every count for which the order of all indices is as the terms assume it.
     pub least: Vec<i64>,
     /// Numbered parameters with the indices after the last that are read.

@@ -6,15 +6,16 @@ use crate::calculus::rebuild;
 use crate::graph::{Graph, Node, NodeId, Symbol};
 use crate::mechanics::{Equations, Model};
 
-use super::derive::{Derived, Element};
+use super::derive::Derived;
 use super::model::{FamilyModel, Source};
+use super::rows::RowElement;
 
 /// A row of the equations in which the loops and the unrolled model differ.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mismatch {
-    /// The coordinate of the unrolled model.
+    /// The coordinate of the unrolled model, or the row of a constraint.
     pub coordinate: String,
-    /// Q or M.
+    /// Q, M, Φ, Φ_q or γ.
     pub what: &'static str,
 }
 
@@ -56,7 +57,9 @@ pub fn verify(
         };
         for i in rounds {
             let round = Round { family, counts, offsets: &offsets, parameters: &parameters, i };
-            let Some(values) = round.values(g, element) else {
+            let forces_of = element.forces.iter().map(|(_, node)| *node);
+            let roots: Vec<NodeId> = forces_of.chain(element.mass.iter().map(|(.., node)| *node)).collect();
+            let Some(values) = round.values(g, &roots) else {
                 return Err(Mismatch { coordinate: family.model.name.clone(), what: "a denominator" });
             };
             let place = |a: usize| round.coordinate(a as u32) as usize;
@@ -84,6 +87,92 @@ pub fn verify(
             }
         }
     }
+    let sizes = Sizes { family, counts, offsets: &offsets, parameters: &parameters };
+    verify_rows(&sizes, &derived.rows, g, equations)
+}
+
+/// What is known at the counts.
+struct Sizes<'a> {
+    family: &'a FamilyModel,
+    counts: &'a [i64],
+    offsets: &'a [i64],
+    parameters: &'a BTreeMap<String, u32>,
+}
+
+/// The same of the rows of constraints: Φ, Φ̇, γ and Φ_q.
+fn verify_rows(
+    sizes: &Sizes<'_>,
+    rows: &[RowElement],
+    g: &mut Graph,
+    equations: &Equations,
+) -> Result<(), Mismatch> {
+    let Some(known) = &equations.constraints else {
+        let differs = Mismatch { coordinate: sizes.family.model.name.clone(), what: "the constraints" };
+        return if rows.is_empty() { Ok(()) } else { Err(differs) };
+    };
+    let zero = g.zero();
+    let total = known.rows.len();
+    let (mut own, mut jacobian) = ([vec![zero; total], vec![zero; total], vec![zero; total]], BTreeMap::new());
+    // The number of the first row of every constraint, and of the one after the last.
+    let mut firsts = vec![0];
+    for (constraint, declared) in sizes.family.constraints.iter().enumerate() {
+        let of = rows.iter().filter(|row| row.constraint == constraint);
+        let rounds: i64 = match declared.numbered {
+            true => of.map(|row| row.rounds(sizes.counts).count() as i64).sum(),
+            false => 1,
+        };
+        firsts.push(firsts[constraint] + rounds * declared.components.len() as i64);
+    }
+    let differs = |row: usize, what| Mismatch {
+        coordinate: known.rows.get(row).map(|named| named.name.clone()).unwrap_or_default(),
+        what,
+    };
+    if firsts.last().copied() != i64::try_from(total).ok() {
+        return Err(differs(0, "the number of rows"));
+    }
+    for element in rows {
+        let declared = &sizes.family.constraints[element.constraint];
+        let first_row = element.first_row(sizes.counts);
+        let rounds = element.rounds(sizes.counts);
+        for (k, i) in rounds.enumerate() {
+            let Sizes { family, counts, offsets, parameters } = *sizes;
+            let round = Round { family, counts, offsets, parameters, i };
+            let number = if declared.numbered { first_row + k as i64 } else { 0 };
+            for (c, term) in element.components.iter().enumerate() {
+                let row = firsts[element.constraint] + number * element.components.len() as i64 + c as i64;
+                let row = usize::try_from(row).unwrap_or(usize::MAX);
+                let parts = [term.residual, term.velocity_residual, term.gamma];
+                let roots: Vec<NodeId> =
+                    parts.into_iter().chain(term.jacobian.iter().map(|(_, node)| *node)).collect();
+                let values = round.values(g, &roots);
+                let Some(values) = values.filter(|_| row < total) else {
+                    return Err(differs(row, "a denominator"));
+                };
+                for (all, value) in own.iter_mut().zip(&values) {
+                    all[row] = g.add(all[row], *value);
+                }
+                for ((a, _), value) in term.jacobian.iter().zip(&values[3..]) {
+                    let sum = jacobian.entry((row, round.coordinate(*a as u32) as usize)).or_insert(zero);
+                    *sum = g.add(*sum, *value);
+                }
+            }
+        }
+    }
+    let same = |a: NodeId, b: NodeId| g.fingerprint(a) == g.fingerprint(b);
+    let all = [("Φ", &known.residual), ("Φ̇", &known.velocity_residual), ("γ", &known.gamma)];
+    for (own, (what, known)) in own.iter().zip(all) {
+        // Nonholonomic rows have no Φ; they come last.
+        if let Some(row) = own.iter().zip(known).position(|(own, known)| !same(*own, *known)) {
+            return Err(differs(row, what));
+        }
+    }
+    for (row, entries) in known.jacobian.iter().enumerate() {
+        for (column, known) in entries.iter().enumerate() {
+            if !same(jacobian.get(&(row, column)).copied().unwrap_or(zero), *known) {
+                return Err(differs(row, "Φ_q"));
+            }
+        }
+    }
     Ok(())
 }
 
@@ -104,14 +193,12 @@ impl Round<'_> {
         u32::try_from(at).unwrap_or(u32::MAX)
     }
 
-    /// The element's forces and masses as nodes of the unrolled model; `None` where a denominator is zero or
-    /// a parameter is not there.
-    fn values(&self, g: &mut Graph, element: &Element) -> Option<Vec<NodeId>> {
+    /// Nodes of the element as nodes of the unrolled model; `None` where a denominator is zero or a parameter
+    /// is not there.
+    fn values(&self, g: &mut Graph, roots: &[NodeId]) -> Option<Vec<NodeId>> {
         let from = &self.family.model.graph;
-        let forces = element.forces.iter().map(|(_, node)| *node);
-        let roots: Vec<NodeId> = forces.chain(element.mass.iter().map(|(.., node)| *node)).collect();
         let mut made: BTreeMap<NodeId, NodeId> = BTreeMap::new();
-        for id in from.cone(&roots) {
+        for id in from.cone(roots) {
             let node = from.node(id);
             let value = match node {
                 Node::Symbol(symbol) => self.symbol(g, symbol)?,

@@ -10,7 +10,7 @@
 
 use std::collections::BTreeMap;
 
-use dynamics_symbolic::families::{Anchor, Element, FamilyModel, Local, NodeIndex, Range, Source};
+use dynamics_symbolic::families::{Anchor, Element, FamilyModel, Local, NodeIndex, Range, RowElement, Source};
 use dynamics_symbolic::graph::{Node, NodeId, Symbol};
 use dynamics_symbolic::schedule::{Staging, schedule};
 use proc_macro2::TokenStream;
@@ -23,9 +23,10 @@ use crate::compile::CompiledFamilies;
 
 /// What writes the loops of one model.
 pub(super) struct Loops<'a> {
-    surface: &'a Surface,
-    family: &'a FamilyModel,
+    pub(super) surface: &'a Surface,
+    pub(super) family: &'a FamilyModel,
     elements: &'a [Element],
+    pub(super) rows: &'a [RowElement],
     interior: &'a [Option<NodeId>],
 }
 
@@ -35,7 +36,7 @@ const MOST_CHEAP: usize = 8;
 
 /// Where a round finds what it reads.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Reading {
+pub(super) enum Reading {
     /// In slices, at `__j`.
     Slices,
     /// By the index `__i` of the round.
@@ -51,6 +52,7 @@ impl<'a> Loops<'a> {
             surface,
             family: &compiled.family,
             elements: &compiled.derived.elements,
+            rows: &compiled.derived.rows,
             interior: &compiled.interior,
         }
     }
@@ -60,7 +62,7 @@ impl<'a> Loops<'a> {
     }
 
     /// An index as an expression of type `isize`.
-    fn anchor(&self, anchor: Anchor) -> TokenStream {
+    pub(super) fn anchor(&self, anchor: Anchor) -> TokenStream {
         match anchor {
             Anchor::Start(k) => {
                 let k = k as isize;
@@ -74,7 +76,7 @@ impl<'a> Loops<'a> {
     }
 
     /// Counts, and where fields begin: `__n0`, `__l0` (length), `__o0` (offset).
-    fn sizes(&self) -> TokenStream {
+    pub(super) fn sizes(&self) -> TokenStream {
         let counts = self.counts().map(|(name, field)| {
             let name = function(&name);
             quote!(let #name = __model.#field as isize;)
@@ -96,7 +98,7 @@ impl<'a> Loops<'a> {
     }
 
     /// Where the node of a local is in q, in round `__i`.
-    fn place(&self, local: Local) -> TokenStream {
+    pub(super) fn place(&self, local: Local) -> TokenStream {
         let offset = function(&format!("__o{}", local.field));
         match local.index {
             NodeIndex::Round(k) => {
@@ -194,7 +196,7 @@ impl<'a> Loops<'a> {
     }
 
     /// The code that computes `roots` of one round: what stands before the rounds, statements, values.
-    fn round(&self, roots: &[NodeId], reading: Reading) -> (TokenStream, TokenStream, Vec<TokenStream>) {
+    pub(super) fn round(&self, roots: &[NodeId], reading: Reading) -> (TokenStream, TokenStream, Vec<TokenStream>) {
         let (before, names) = self.reading(roots, reading);
         let program = schedule(&self.family.model.graph, "element", roots, Staging::Inline);
         let access = Access::of_elements(self.surface, &self.family.model.graph, names);

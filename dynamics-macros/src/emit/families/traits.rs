@@ -40,6 +40,7 @@ pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> T
         .map(|(k, (name, ..))| quote!(#k => #families::output_values(&self.#name(__q)),));
     let loops = Loops::new(surface, compiled);
     let (forces, energies) = (loops.forces(), loops.energies());
+    let (row_pass, of_constraints) = (loops.row_pass(), loops.of_constraints());
     let matrix = |of| loops.entries(of);
     let (mass, stiffness, damping) = (
         matrix(&|element| &element.mass),
@@ -69,6 +70,7 @@ pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> T
             use #private::{f64, isize, usize};
             #forces
             #energies
+            #row_pass
             impl #families::FamilyModel for #model {
                 type State = #state;
                 const FIELDS: &'static [#families::Field] = &[#(#fields),*];
@@ -119,13 +121,18 @@ pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> T
                     let (__model, __t, __q, __u, __w) = (self, __at.t, __at.q, __at.u, __at.inputs);
                     #damping
                 }
-                fn coordinates(__state: &Self::State, __a: &[#f64]) -> #name { #coordinates }
+                fn coordinates(
+                    __state: &Self::State, __a: &[#f64], __multipliers: #families::Multipliers,
+                ) -> #name {
+                    #coordinates
+                }
                 fn output(&self, __index: #usize, __q: &#name) -> #families::Vec<#f64> {
                     match __index {
                         #(#values)*
                         _ => #families::Vec::new(),
                     }
                 }
+                #of_constraints
                 #places
             }
         };
@@ -200,7 +207,9 @@ fn jets(surface: &Surface) -> TokenStream {
     });
     quote! {
         let __ends = #families::FamilyState::ends(__state);
-        #name { #(#fields)* #(#inputs)* t: #private::Expr::time(__state.t()) }
+        #name {
+            #(#fields)* #(#inputs)* t: #private::Expr::time(__state.t()), __reactions: __multipliers,
+        }
     }
 }
 
@@ -280,7 +289,7 @@ pub(crate) fn family_fallback(surface: &Surface) -> TokenStream {
                 fn mass(&self, _: &mut #families::Entries<'_>) { #never }
                 fn stiffness(&self, _: #families::View<'_>, _: &mut #families::Entries<'_>) { #never }
                 fn damping(&self, _: #families::View<'_>, _: &mut #families::Entries<'_>) { #never }
-                fn coordinates(_: &Self::State, _: &[#f64]) -> #name { #never }
+                fn coordinates(_: &Self::State, _: &[#f64], _: #families::Multipliers) -> #name { #never }
                 fn output(&self, _: #private::usize, _: &#name) -> #families::Vec<#f64> { #never }
             }
         };

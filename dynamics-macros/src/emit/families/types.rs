@@ -39,6 +39,7 @@ fn coordinates(surface: &Surface) -> TokenStream {
     };
     let fields: Vec<TokenStream> = surface.coordinates.iter().chain(&surface.inputs).map(field).collect();
     let doc = format!("Time jets of the coordinates of [`{text}`]: what its functions take as `q`.");
+    let (f, t) = (local("F"), local("T"));
     quote! {
         #[doc = #doc]
         #derive
@@ -47,6 +48,21 @@ fn coordinates(surface: &Surface) -> TokenStream {
             #(#fields)*
             /// Time.
             #vis t: #private::Expr,
+            __reactions: #private::families::Multipliers,
+        }
+        #quiet
+        impl #name {
+            /// The multipliers λ of a constraint, named by its function as in `q.reaction(Self::link)`, in the
+            /// shape that the function returns: generalized forces that push toward growing values of the
+            /// constraint. NaN where no solution is at hand, or where the function is no constraint.
+            #[must_use]
+            #vis fn reaction<#f, #t>(&self, _: #f) -> #t
+            where
+                #f: #private::Fn(&#model, &#name) -> #t + 'static,
+                #t: #private::families::FamilyReaction,
+            {
+                self.__reactions.of::<#model, #f, #t>()
+            }
         }
         #quiet
         #[automatically_derived]

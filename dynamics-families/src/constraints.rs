@@ -1,0 +1,295 @@
+//! Constraints of a run: multipliers λ of M q̈ = Q + Jᵀλ, J q̈ = γ, and corrections back onto the constraints.
+//!
+//! With a = M⁻¹Q the multipliers fulfil J M⁻¹Jᵀ λ = γ − J a, and q̈ = a + M⁻¹Jᵀλ. Corrections of positions and
+//! velocities are the smallest ones by the kinetic energy, M⁻¹Jᵀμ.
+
+mod runs;
+mod saddle;
+mod schur;
+
+use crate::failure::FamilyErrorKind;
+use crate::linalg::order::NotBanded;
+use crate::mass::Mass;
+use crate::model::{FamilyModel, RowValues, View};
+use runs::Jacobian;
+use saddle::Saddle;
+use schur::Schur;
+
+/// Most corrections of positions.
+const MOST_CORRECTIONS: u32 = 20;
+/// Corrections to this part of the size of the coordinates are rounding.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
+/// Corrections below this part that no longer shrink are rounding, too.
+const NEAR_ROUNDING: f64 = 1e-11;
+
+/// The rows of a run.
+#[derive(Debug)]
+pub(crate) struct Rows {
+    /// Where every field of rows ends.
+    pub(crate) ends: Vec<usize>,
+    jacobian: Jacobian,
+    solver: Solver,
+    values: Values,
+    /// 1/mᵢᵢ, which measures corrections.
+    inverse: Vec<f64>,
+    /// λ of the last evaluation.
+    pub(crate) multipliers: Vec<f64>,
+    change: Vec<f64>,
+}
+
+/// How far a state was off the constraints: the size of the first corrections, in parts of the size of
+/// positions and of velocities, and the rows that were violated most.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Projection {
+    pub(crate) off: f64,
+    pub(crate) row: usize,
+    pub(crate) rate_off: f64,
+    pub(crate) rate_row: usize,
+}
+
+/// The place of the largest value; of one that is not a number, where there is one.
+fn largest(of: &[f64]) -> usize {
+    let size = |k: usize| if of[k].is_nan() { f64::INFINITY } else { of[k].abs() };
+    (0..of.len()).fold(0, |largest, k| if size(k) > size(largest) { k } else { largest })
+}
+
+/// What a run says of its constraints.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConstraintSummary {
+    /// Rows.
+    pub rows: usize,
+    /// The structure of the system of the multipliers in words.
+    pub system: String,
+    /// The largest correction of a step's end back onto the constraints, in parts of the size of the
+    /// coordinates, both measured by √Σ mᵢ xᵢ².
+    pub correction: f64,
+    /// The largest entry of Φ_q q̈ − γ at the end, in parts of the largest sum of the sizes of its terms: how
+    /// well the multipliers were solved for. It grows with the square of the length of a chain.
+    pub residual: f64,
+}
+
+/// What rows have at a state.
+#[derive(Debug)]
+struct Values {
+    residual: Vec<f64>,
+    velocity_residual: Vec<f64>,
+    gamma: Vec<f64>,
+    entries: Vec<f64>,
+}
+
+#[derive(Debug)]
+enum Solver {
+    Schur(Schur),
+    Saddle(Box<Saddle>),
+}
+
+impl Rows {
+    /// Of a model; `None` where it has no constraints.
+    pub(crate) fn new<M: FamilyModel>(
+        model: &M,
+        mass: &Mass,
+        ends: &[usize],
+    ) -> Result<Option<Self>, NotBanded> {
+        let row_ends = model.row_ends();
+        let rows = row_ends.last().copied().unwrap_or(0);
+        if rows == 0 {
+            return Ok(None);
+        }
+        let n = ends.last().copied().unwrap_or(0);
+        let mut pairs: Vec<(u32, u32)> = Vec::new();
+        // A model has fewer than 2³² coordinates: their states would fill 32 GiB.
+        model.row_pattern(&mut |row, unknown| pairs.push((row as u32, unknown as u32)));
+        let mut inverse = vec![0.0; n];
+        model.mass(&mut |i, j, value| {
+            if i == j {
+                inverse[i] += value;
+            }
+        });
+        inverse.iter_mut().for_each(|mass| *mass = 1.0 / *mass);
+        let schur = match mass {
+            Mass::Diagonal(_) => Schur::new(&pairs, n, &row_ends),
+            Mass::Banded(_) => None,
+        };
+        let (jacobian, count) = (Jacobian::new(&pairs), pairs.len());
+        let solver = match schur {
+            Some(schur) => Solver::Schur(schur),
+            None => {
+                let mut entries = Vec::new();
+                model.mass(&mut |i, j, value| entries.push((i as u32, j as u32, value)));
+                Solver::Saddle(Box::new(Saddle::new(entries, pairs, ends, &row_ends)?))
+            }
+        };
+        let values = Values {
+            residual: vec![0.0; rows],
+            velocity_residual: vec![0.0; rows],
+            gamma: vec![0.0; rows],
+            entries: vec![0.0; count],
+        };
+        let (multipliers, change) = (vec![0.0; rows], vec![0.0; n]);
+        Ok(Some(Self { ends: row_ends, jacobian, solver, values, inverse, multipliers, change }))
+    }
+
+    /// Evaluates the rows, and factors the system of their multipliers.
+    fn evaluate<M: FamilyModel>(&mut self, model: &M, at: View<'_>) -> Result<(), FamilyErrorKind> {
+        let Values { residual, velocity_residual, gamma, entries } = &mut self.values;
+        for sums in [&mut *residual, &mut *velocity_residual, &mut *gamma] {
+            sums.fill(0.0);
+        }
+        model.rows(at, RowValues { residual, velocity_residual, gamma, jacobian: entries });
+        let factored = match &mut self.solver {
+            Solver::Schur(schur) => schur.factor(&self.values.entries, &self.inverse),
+            Solver::Saddle(saddle) => {
+                saddle.factor(&self.values.entries).map_err(|place| place.saturating_sub(self.change.len()))
+            }
+        };
+        factored.map_err(|row| match self.values.entries.iter().all(|entry| entry.is_finite()) {
+            true => FamilyErrorKind::DependentRows { row: row_name::<M>(&self.ends, row) },
+            false => FamilyErrorKind::RowNotFinite { row: row_name::<M>(&self.ends, row) },
+        })
+    }
+
+    /// Turns M⁻¹Q at a state into q̈; `multipliers` are λ then.
+    pub(crate) fn constrain<M: FamilyModel>(
+        &mut self,
+        model: &M,
+        at: View<'_>,
+        a: &mut [f64],
+    ) -> Result<(), FamilyErrorKind> {
+        self.evaluate(model, at)?;
+        self.multipliers.copy_from_slice(&self.values.gamma);
+        self.jacobian.multiply_add(&self.values.entries, a, -1.0, &mut self.multipliers);
+        self.add_correction(a);
+        Ok(())
+    }
+
+    /// Adds the smallest change whose product with J is in `multipliers`, which become μ.
+    fn add_correction(&mut self, to: &mut [f64]) {
+        match &mut self.solver {
+            Solver::Schur(schur) => {
+                schur.solve(&mut self.multipliers);
+                self.jacobian.multiply_transposed_add(
+                    &self.values.entries,
+                    &self.multipliers,
+                    Some(&self.inverse),
+                    to,
+                );
+            }
+            Solver::Saddle(saddle) => {
+                saddle.solve(&mut self.multipliers, &mut self.change);
+                to.iter_mut().zip(&self.change).for_each(|(to, change)| *to += change);
+            }
+        }
+    }
+
+    /// Moves positions, then velocities, onto the constraints. Returns how far they were off.
+    ///
+    /// # Errors
+    /// Where rows depend on one another, and where corrections do not shrink.
+    pub(crate) fn project<M: FamilyModel>(
+        &mut self,
+        model: &M,
+        t: f64,
+        q: &mut [f64],
+        u: &mut [f64],
+        inputs: &[f64],
+    ) -> Result<Projection, FamilyErrorKind> {
+        let (mut off, mut row) = (None, 0);
+        let mut before = f64::INFINITY;
+        let mut corrections = 0;
+        if M::ROWS.iter().any(|field| field.holonomic) {
+            loop {
+                self.evaluate(model, View { t, q, u, inputs })?;
+                // Nonholonomic rows have no Φ: a change of positions along them is none of theirs.
+                self.multipliers.iter_mut().zip(&self.values.residual).for_each(|(to, r)| *to = -r);
+                let scale = self.size(q);
+                self.change_by_correction(q);
+                let moved = self.size(&self.change);
+                let part = if moved == 0.0 { 0.0 } else { moved / (scale + moved) };
+                if off.is_none() {
+                    (off, row) = (Some(part), largest(&self.values.residual));
+                }
+                if part <= ROUNDING || (part <= NEAR_ROUNDING && part >= 0.5 * before) {
+                    break;
+                }
+                corrections += 1;
+                if corrections == MOST_CORRECTIONS || !part.is_finite() {
+                    let row = largest(&self.values.residual);
+                    return Err(FamilyErrorKind::NotProjected { row: row_name::<M>(&self.ends, row) });
+                }
+                before = part;
+            }
+        }
+        self.evaluate(model, View { t, q, u, inputs })?;
+        self.multipliers.iter_mut().zip(&self.values.velocity_residual).for_each(|(to, r)| *to = -r);
+        let (speed, rate_row) = (self.size(u), largest(&self.values.velocity_residual));
+        self.change_by_correction(u);
+        let moved = self.size(&self.change);
+        let rate_off = if moved == 0.0 { 0.0 } else { moved / (speed + moved) };
+        Ok(Projection { off: off.unwrap_or(0.0), row, rate_off, rate_row })
+    }
+
+    /// Adds the correction, and keeps it.
+    fn change_by_correction(&mut self, to: &mut [f64]) {
+        match &mut self.solver {
+            Solver::Schur(schur) => {
+                schur.solve(&mut self.multipliers);
+                self.change.fill(0.0);
+                self.jacobian.multiply_transposed_add(
+                    &self.values.entries,
+                    &self.multipliers,
+                    Some(&self.inverse),
+                    &mut self.change,
+                );
+            }
+            Solver::Saddle(saddle) => saddle.solve(&mut self.multipliers, &mut self.change),
+        }
+        to.iter_mut().zip(&self.change).for_each(|(to, change)| *to += change);
+    }
+
+    /// √Σ mᵢ xᵢ².
+    fn size(&self, x: &[f64]) -> f64 {
+        crate::generated::sum(0..x.len(), |i| x[i] * x[i] / self.inverse[i]).sqrt()
+    }
+
+    /// The largest entry of J q̈ − γ after an evaluation of q̈, in parts of the largest sum of the sizes of
+    /// its terms.
+    pub(crate) fn residual_of(&self, a: &[f64]) -> f64 {
+        let mut left = self.values.gamma.clone();
+        self.jacobian.multiply_add(&self.values.entries, a, -1.0, &mut left);
+        let sizes: Vec<f64> = self.values.entries.iter().map(|entry| entry.abs()).collect();
+        let accelerations: Vec<f64> = a.iter().map(|a| a.abs()).collect();
+        let mut scale: Vec<f64> = self.values.gamma.iter().map(|gamma| gamma.abs()).collect();
+        self.jacobian.multiply_add(&sizes, &accelerations, 1.0, &mut scale);
+        let most = |values: &[f64]| values.iter().fold(0.0f64, |most, value| most.max(value.abs()));
+        let scale = most(&scale);
+        if scale > 0.0 { most(&left) / scale } else { 0.0 }
+    }
+
+    /// The structure of the system in words.
+    pub(crate) fn describe(&self) -> String {
+        match &self.solver {
+            Solver::Schur(schur) => schur.describe(),
+            Solver::Saddle(saddle) => saddle.describe(),
+        }
+    }
+
+    /// Bytes on the heap.
+    pub(crate) fn bytes(&self) -> usize {
+        let solver = match &self.solver {
+            Solver::Schur(schur) => schur.bytes(),
+            Solver::Saddle(saddle) => saddle.bytes(),
+        };
+        solver + 8 * (4 * self.multipliers.len() + self.values.entries.len() + 2 * self.change.len())
+    }
+}
+
+/// The user's name of a row: `link[7]`, `closure.x`.
+pub(crate) fn row_name<M: FamilyModel>(ends: &[usize], row: usize) -> String {
+    let field = ends.partition_point(|&end| end <= row).min(M::ROWS.len().saturating_sub(1));
+    let Some(declared) = M::ROWS.get(field) else { return String::new() };
+    let begin = if field == 0 { 0 } else { ends[field - 1] };
+    match declared.numbered {
+        false => format!("{}{}", declared.name, declared.component),
+        true => format!("{}[{}]{}", declared.name, row - begin, declared.component),
+    }
+}
