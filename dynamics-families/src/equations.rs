@@ -5,7 +5,9 @@ use dynamics_runtime::simulate::OptionError;
 
 use crate::constraints::{ConstraintSummary, Rows};
 use crate::failure::FamilyErrorKind;
+use crate::generated::BLOCK;
 use crate::integrate::Point;
+use crate::loops::{Pass, in_parts, in_wide_vectors};
 use crate::mass::Mass;
 use crate::model::{FamilyModel, FamilyState, View};
 use crate::reaction::Multipliers;
@@ -29,6 +31,38 @@ pub(crate) struct Equations<'r, 'm, M: FamilyModel> {
     pub(crate) correction: f64,
     /// Evaluations of Q.
     pub(crate) evaluations: u64,
+    /// How many threads share an evaluation.
+    pub(crate) threads: usize,
+}
+
+/// All nodes.
+const ALL: [usize; 2] = [0, usize::MAX];
+/// Nodes of one part of a drift with a kick behind it: all that it reads stays in the second-level cache.
+const DRIFTED: usize = 16 * BLOCK;
+/// How far behind the nodes that have drifted the kick stays: forces reach no further.
+const REACH: usize = 32;
+
+/// q += h u.
+struct Drift<'a> {
+    q: &'a mut [f64],
+    u: &'a [f64],
+    h: f64,
+}
+
+impl Pass for Drift<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let Self { q, u, h } = self;
+        q.iter_mut().zip(u).for_each(|(q, u)| *q += h * u);
+    }
+}
+
+/// A drift by several threads.
+fn drift(threads: usize, q: &mut [f64], u: &[f64], h: f64) {
+    in_parts(threads, [0, q.len() as isize], [q], &|[begin, end], [q]| {
+        in_wide_vectors(Drift { q, u: &u[begin as usize..end as usize], h });
+    });
 }
 
 impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
@@ -45,7 +79,7 @@ impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
             .map_err(|_| FamilyErrorKind::NotBanded { matrix: "system of the constraints" })?;
         let inputs = start.inputs().to_vec();
         let rows = rows.map(Box::new);
-        Ok(Self { model, mass, law, inputs, seen, memory, rows, correction: 0.0, evaluations: 0 })
+        Ok(Self { model, mass, law, inputs, seen, memory, rows, correction: 0.0, evaluations: 0, threads: 1 })
     }
 
     /// λ of the last evaluation of the accelerations.
@@ -115,9 +149,9 @@ impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
         self.evaluations += 1;
         let at = View { t, q, u, inputs: &self.inputs };
         match self.mass {
-            Mass::Diagonal(inverse) => self.model.scaled_forces(at, inverse, a),
+            Mass::Diagonal(inverse) => self.model.scaled_forces_by(self.threads, at, inverse, a),
             Mass::Banded(parts) => {
-                self.model.forces(at, a);
+                self.model.forces_by(self.threads, at, a);
                 parts.1.solve(a, &mut self.memory[..q.len()]);
             }
         }
@@ -137,7 +171,45 @@ impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
     ) -> Result<(), FamilyErrorKind> {
         self.set_inputs(t, q, u)?;
         self.evaluations += 1;
-        self.model.forces(View { t, q, u, inputs: &self.inputs }, forces);
+        self.model.forces_by(self.threads, View { t, q, u, inputs: &self.inputs }, forces);
+        Ok(())
+    }
+
+    /// q += `drift` u, then u += `h` q̈ at the time t: in one pass over memory where the model can and one thread
+    /// does it. The bits are the same.
+    pub(crate) fn drift_and_kick(
+        &mut self,
+        t: f64,
+        q: &mut [f64],
+        u: &mut [f64],
+        ends: &[usize],
+        [by, h]: [f64; 2],
+    ) -> Result<(), FamilyErrorKind> {
+        let (Mass::Diagonal(inverse), true, None, 1) = (self.mass, M::LOCAL, self.law, self.threads) else {
+            drift(self.threads, q, u, by);
+            return self.kick(t, q, h, u);
+        };
+        if M::VELOCITY_FORCES || q.len() <= DRIFTED {
+            drift(1, q, u, by);
+            return self.kick(t, q, h, u);
+        }
+        self.evaluations += 1;
+        let begin = |field: usize| if field == 0 { 0 } else { ends[field - 1] };
+        let longest = (0..ends.len()).map(|field| ends[field] - begin(field)).max().unwrap_or(0);
+        let (mut from, mut drifted) = (0, 0);
+        while from < longest {
+            let to = from + DRIFTED;
+            // Ordinary coordinates, which all nodes may read, drift with the first nodes.
+            for (field, &end) in ends.iter().enumerate() {
+                let place = |node: usize| end.min(begin(field) + node);
+                let range = place(drifted)..place(to + REACH);
+                in_wide_vectors(Drift { q: &mut q[range.clone()], u: &u[range], h: by });
+            }
+            drifted = to + REACH;
+            let last = if to < longest { to } else { usize::MAX };
+            self.model.kick_by(1, [from, last], t, [q, &self.inputs, inverse], h, u);
+            from = to;
+        }
         Ok(())
     }
 
@@ -146,7 +218,7 @@ impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
         if let (Mass::Diagonal(inverse), false) = (self.mass, M::VELOCITY_FORCES) {
             self.set_inputs(t, q, u)?;
             self.evaluations += 1;
-            self.model.kick(t, q, &self.inputs, inverse, h, u);
+            self.model.kick_by(self.threads, ALL, t, [q, &self.inputs, inverse], h, u);
             return Ok(());
         }
         self.set_inputs(t, q, u)?;
@@ -154,9 +226,9 @@ impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
         let (a, ordered) = self.memory.split_at_mut(q.len());
         let at = View { t, q, u, inputs: &self.inputs };
         match self.mass {
-            Mass::Diagonal(inverse) => self.model.scaled_forces(at, inverse, a),
+            Mass::Diagonal(inverse) => self.model.scaled_forces_by(self.threads, at, inverse, a),
             Mass::Banded(parts) => {
-                self.model.forces(at, a);
+                self.model.forces_by(self.threads, at, a);
                 parts.1.solve(a, ordered);
             }
         }

@@ -56,6 +56,64 @@ pub fn in_wide_vectors<P: Pass>(pass: P) -> P::Output {
     in_widest_lanes(Wide(pass))
 }
 
+/// The parts of a slice between bounds, which rise.
+#[inline]
+pub fn pieces<const F: usize>(all: &mut [f64], bounds: [[isize; 2]; F]) -> [&mut [f64]; F] {
+    let (mut rest, mut taken) = (all, 0);
+    bounds.map(|bounds| {
+        let [begin, end] = bounds.map(|bound| bound.max(0) as usize);
+        let (_, behind) = core::mem::take(&mut rest).split_at_mut(begin - taken);
+        let (piece, behind) = behind.split_at_mut(end - begin);
+        (rest, taken) = (behind, end);
+        piece
+    })
+}
+
+/// Fewest nodes that a thread of its own is worth: about ten microseconds of work.
+const LEAST_PART: isize = 8192;
+
+/// Runs `run` on parts of a range of nodes, by several threads. Every piece has the nodes of one field, from
+/// the first on. What one part returns is returned; only whole ranges return something that counts.
+#[inline]
+pub fn in_parts<const F: usize, T: Send>(
+    threads: usize,
+    nodes: [isize; 2],
+    pieces: [&mut [f64]; F],
+    run: &(impl Fn([isize; 2], [&mut [f64]; F]) -> T + Sync),
+) -> T {
+    let [begin, end] = nodes;
+    if threads < 2 || end - begin < 2 * LEAST_PART {
+        return run(nodes, pieces);
+    }
+    let left = threads / 2;
+    let block = BLOCK as isize;
+    let middle = begin + (end - begin) / threads as isize * left as isize / block * block;
+    let mut behind = [const { None }; F];
+    let mut before = [const { None }; F];
+    for (k, piece) in pieces.into_iter().enumerate() {
+        let (first, second) = piece.split_at_mut(piece.len().min((middle - begin) as usize));
+        (before[k], behind[k]) = (Some(first), Some(second));
+    }
+    let [before, behind] = [before, behind].map(|pieces| pieces.map(Option::unwrap_or_default));
+    let both = join(
+        || in_parts(left, [begin, middle], before, run),
+        || in_parts(threads - left, [middle, end], behind, run),
+    );
+    both.0
+}
+
+/// Runs both, at the same time where the crate has threads.
+pub(crate) fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+    #[cfg(feature = "parallel")]
+    {
+        rayon::join(a, b)
+    }
+    #[cfg(not(feature = "parallel"))]
+    {
+        (a(), b())
+    }
+}
+
 /// Checks a count.
 ///
 /// # Errors

@@ -209,6 +209,32 @@ pub trait FamilyModel: Described + Sized + Sync + 'static {
     /// Adds h Q `scale` to the velocities, in one pass over memory. Only for models without velocity forces:
     /// Q is evaluated with no velocities.
     fn kick(&self, t: f64, q: &[f64], inputs: &[f64], scale: &[f64], h: f64, u: &mut [f64]);
+    /// Whether Q at a node depends on nodes at most 32 away and on ordinary coordinates alone, so that parts of
+    /// the model can be evaluated one by one.
+    const LOCAL: bool = false;
+    /// [`FamilyModel::forces`] by this many threads, where the model is [local](FamilyModel::LOCAL). The bits do
+    /// not depend on their number.
+    fn forces_by(&self, _threads: usize, at: View<'_>, forces: &mut [f64]) {
+        self.forces(at, forces);
+    }
+    /// [`FamilyModel::scaled_forces`], likewise.
+    fn scaled_forces_by(&self, _threads: usize, at: View<'_>, scale: &[f64], accelerations: &mut [f64]) {
+        self.scaled_forces(at, scale, accelerations);
+    }
+    /// [`FamilyModel::kick`] of the nodes from `nodes[0]` to before `nodes[1]` of every field, likewise, with
+    /// [q, inputs, scale]. Only for local models, unless all nodes are asked for. The first of them is a
+    /// multiple of 256. What has no index comes with the last node.
+    fn kick_by(
+        &self,
+        _threads: usize,
+        _nodes: [usize; 2],
+        t: f64,
+        [q, inputs, scale]: [&[f64]; 3],
+        h: f64,
+        u: &mut [f64],
+    ) {
+        self.kick(t, q, inputs, scale, h, u);
+    }
     /// T and V.
     fn energies(&self, at: View<'_>) -> EnergyParts;
     /// The entries of M, both halves.

@@ -1,5 +1,8 @@
 //! One function for every system: its candidates, and what is printed.
 
+use std::time::Instant;
+
+use dynamics::families::methods;
 use dynamics::families::model::{FamilyModel, View};
 use dynamics::prelude::*;
 
@@ -148,6 +151,65 @@ fn beam(n: usize) {
         [("gcc, scattering", &gcc), ("gcc -ffast-math, scattering", &fast)];
     accelerations("beam", &model, n, &q, &inverse, &others);
 }
+
+/// Leapfrog steps of the string, by the clock of a whole run, beside the memory triad of as many numbers as
+/// there are unknowns.
+fn leapfrog(n: usize) {
+    let (model, q, inverse) = planar_string(n);
+    let unknowns = q.len();
+    let steps = (4_000_000 / n).max(4);
+    let start = model
+        .state()
+        .s(q[..n].iter().copied())
+        .w(q[n..].iter().copied())
+        .build()
+        .expect("a state of the model");
+    let h = 0.25 * model.longest_step(&start).expect("a bound");
+    let run = |steps: usize, threads: usize| {
+        let begin = Instant::now();
+        let simulation = model.simulate(start.clone()).until(h * steps as f64).fixed_step(h);
+        let motion = simulation.method(methods::StormerVerlet).record(Every::Last).threads(threads).run();
+        let motion = motion.expect("a stable step");
+        (begin.elapsed().as_secs_f64(), motion.end().q().to_vec())
+    };
+    let mut least = [[f64::INFINITY; 2]; 4];
+    let mut triad = f64::INFINITY;
+    let (zeros, mut into) = (vec![0.0; unknowns], vec![0.0; unknowns]);
+    let mut ends: Vec<Vec<f64>> = Vec::new();
+    for round in 0..9 {
+        for (k, (bits, threads)) in [(128, 1), (256, 1), (512, 1), (512, 2)].into_iter().enumerate() {
+            dynamics_simd::limit_vectors(bits);
+            for (which, steps) in [1, steps + 1].into_iter().enumerate() {
+                let (time, end) = run(steps, threads);
+                least[k][which] = least[k][which].min(time);
+                if round == 0 && which == 1 {
+                    ends.push(end);
+                }
+            }
+        }
+        let begin = Instant::now();
+        for _ in 0..steps {
+            // SAFETY: all slices have this length.
+            unsafe {
+                rivals::triad(unknowns, 0.5, q.as_ptr(), inverse.as_ptr(), into.as_mut_ptr());
+            }
+            std::hint::black_box((&zeros, &mut into));
+        }
+        triad = triad.min(begin.elapsed().as_secs_f64() / steps as f64);
+    }
+    let names = ["128 bit", "256 bit", "512 bit", "512 bit, two threads"];
+    for ((name, [one, all]), end) in names.iter().zip(least).zip(&ends) {
+        let each = (all - one) / steps as f64 * 1e9 / unknowns as f64;
+        let same = end == &ends[0];
+        println!(
+            "{{\"system\":\"leapfrog step\",\"n\":{n},\"candidate\":\"derived, {name}\",\
+             \"ns_per_unknown\":{each:.4},\"same_bits\":{same}}}"
+        );
+    }
+    let each = triad * 1e9 / unknowns as f64;
+    println!(
+        "{{\"system\":\"leapfrog step\",\"n\":{n},\"candidate\":\"memory triad\",\"ns_per_unknown\":{each:.4}}}"
+    );
+}
 fn bar(_: usize) {}
-fn leapfrog(_: usize) {}
 fn newton(_: usize) {}

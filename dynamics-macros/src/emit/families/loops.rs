@@ -272,7 +272,8 @@ impl<'a> Loops<'a> {
         let mut tops: Vec<TokenStream> =
             self.families().map(|k| function(&format!("__l{k}"))).map(|l| quote!(#l)).collect();
         tops.extend(self.with_rounds().map(|(.., range)| self.anchor(range.end)));
-        let (mut reductions, mut whole, mut rooms) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut reductions, mut whole, mut totals) = (Vec::new(), Vec::new(), Vec::new());
+        let mut rooms = Vec::new();
         let (mut rounds, mut bounds, mut before_loop) = (Vec::new(), Vec::new(), Vec::new());
         let mut made_none = Vec::new();
         for (e, element, range) in self.with_rounds() {
@@ -298,7 +299,7 @@ impl<'a> Loops<'a> {
             });
             made_none.push(quote!((#lo, #hi) = (0, 0);));
             rooms.extend(own);
-            rounds.push(self.rounds(e, element, &mut reductions, &mut whole));
+            rounds.push(self.rounds(e, element, [&mut reductions, &mut whole, &mut totals]));
         }
         let once = self.elements.iter().filter(|element| element.range.is_none());
         let once: Vec<TokenStream> = once.map(|element| self.once(element)).collect();
@@ -317,29 +318,39 @@ impl<'a> Loops<'a> {
             let written = self.families().map(|field| self.written_inside(field));
             quote!(#(#rounds)* if #inside { #(#written)* } else { #(#at_ends)* })
         };
+        let local = self.is_local() && whole.is_empty();
+        let fields: Vec<usize> = (0..self.family.fields.len()).collect();
+        let names = |of: &str| fields.iter().map(|k| function(&format!("__{of}{k}"))).collect::<Vec<_>>();
+        let (pieces, offsets, lengths) = (names("out"), names("o"), names("l"));
+        let (count, sums) = (fields.len(), whole.len());
+        let top = quote! {
+            let mut __top = 0isize;
+            #(__top = __top.max(#tops);)*
+        };
         quote! {
+            /// The rounds that reach nodes from `begin` to before `end`. Every piece of `out` has those of
+            /// one field.
             struct __Forces<'a, const MODE: #private::u8> {
                 model: &'a #model, t: #f64, q: &'a [#f64], u: &'a [#f64], w: &'a [#f64],
-                scale: &'a [#f64], h: #f64, out: &'a mut [#f64],
+                scale: &'a [#f64], h: #f64, begin: isize, end: isize, out: [&'a mut [#f64]; #count],
             }
             impl<const MODE: #private::u8> __loops::Pass for __Forces<'_, MODE> {
-                type Output = ();
+                type Output = [#f64; #sums];
                 #[inline(always)]
-                fn run(self) {
+                fn run(self) -> Self::Output {
                     let Self {
-                        model: __model, t: __t, q: __q, u: __u, w: __w, scale: __scale, h: __h, out: __out,
+                        model: __model, t: __t, q: __q, u: __u, w: __w, scale: __scale, h: __h,
+                        begin: __begin, end: __end, out: [#(#pieces),*],
                     } = self;
                     #sizes
-                    #(#ordinary)*
                     #(#reductions)*
-                    let mut __top = 0isize;
-                    #(__top = __top.max(#tops);)*
+                    #top
                     #(let mut #rooms = [0.0; __loops::ROUNDS];)*
                     #covered
                     #(#before_loop)*
-                    let mut __from = 0isize;
-                    while __from < __top {
-                        let mut __to = (__from + __loops::BLOCK as isize).min(__top);
+                    let mut __from = __begin;
+                    while __from < __end {
+                        let mut __to = (__from + __loops::BLOCK as isize).min(__end);
                         // Blocks inside hold no node of an end.
                         if __from < __first_inside {
                             __to = __to.min(__first_inside);
@@ -350,11 +361,73 @@ impl<'a> Loops<'a> {
                         #block
                         __from = __to;
                     }
+                    [#(#totals),*]
+                }
+            }
+            /// What comes after the rounds: sums over all of them, and what has none.
+            struct __Rest<'a, const MODE: #private::u8> {
+                model: &'a #model, t: #f64, q: &'a [#f64], u: &'a [#f64], w: &'a [#f64],
+                scale: &'a [#f64], h: #f64, totals: [#f64; #sums], out: &'a mut [#f64],
+            }
+            impl<const MODE: #private::u8> __Rest<'_, MODE> {
+                fn add(self) {
+                    let Self {
+                        model: __model, t: __t, q: __q, u: __u, w: __w, scale: __scale, h: __h,
+                        totals: __totals, out: __out,
+                    } = self;
+                    #sizes
+                    #(#ordinary)*
                     #(#whole)*
                     #(#once)*
                 }
             }
+            const __LOCAL: #private::bool = #local;
+            /// Forces of a range of nodes, to `out`, which has all nodes of all fields.
+            fn __forces<const MODE: #private::u8>(
+                __threads: #private::usize, __nodes: [isize; 2], __model: &#model, __t: #f64,
+                [__q, __u, __w, __scale]: [&[#f64]; 4], __h: #f64, __out: &mut [#f64],
+            ) {
+                #sizes
+                #top
+                let [__begin, __end] = __nodes.map(|__node| __node.min(__top));
+                let __bounds = [#([#offsets + __begin.min(#lengths), #offsets + __end.min(#lengths)]),*];
+                let __pieces = __loops::pieces(__out, __bounds);
+                let __threads = if __LOCAL { __threads } else { 1 };
+                let __totals = __loops::in_parts(
+                    __threads, [__begin, __end], __pieces, &|[__begin, __end]: [isize; 2], __pieces| {
+                        __loops::in_wide_vectors(__Forces::<MODE> {
+                            model: __model, t: __t, q: __q, u: __u, w: __w, scale: __scale, h: __h,
+                            begin: __begin, end: __end, out: __pieces,
+                        })
+                    },
+                );
+                if __end == __top {
+                    __Rest::<MODE> {
+                        model: __model, t: __t, q: __q, u: __u, w: __w, scale: __scale, h: __h,
+                        totals: __totals, out: __out,
+                    }.add();
+                }
+            }
         }
+    }
+
+    /// Whether forces at a node depend on nodes nearby and on ordinary coordinates alone.
+    fn is_local(&self) -> bool {
+        let graph = &self.family.model.graph;
+        let far = |symbol: Symbol| match symbol {
+            Symbol::Coordinate(l) | Symbol::Rate(l) => {
+                let local = self.family.locals[l as usize];
+                let is_family = self.family.fields[local.field as usize].length.is_some();
+                is_family && matches!(local.index, NodeIndex::Fixed(_))
+            }
+            _ => false,
+        };
+        !self.with_rounds().flat_map(|(_, element, _)| &element.forces).any(|(_, force)| {
+            graph.cone(&[*force]).into_iter().any(|id| match graph.node(id) {
+                Node::Symbol(symbol) => far(symbol),
+                _ => false,
+            })
+        })
     }
 
     /// The nodes that all fields have, and that are reached by all rounds that reach such nodes.
@@ -387,22 +460,11 @@ impl<'a> Loops<'a> {
         let outs: Vec<_> = fields.iter().map(|k| function(&format!("__y{k}"))).collect();
         let scales: Vec<_> = fields.iter().map(|k| function(&format!("__s{k}"))).collect();
         let places: Vec<_> = fields.iter().map(|k| function(&format!("__o{k}"))).collect();
-        // Fields follow one another in memory.
-        let mut taken = quote!(0usize);
-        let mut slices = TokenStream::new();
-        for (out, place) in outs.iter().zip(&places) {
-            slices.extend(quote! {
-                let (_, __rest) = __rest.split_at_mut((#place + __from) as usize - __taken);
-                let (#out, __rest) = __rest.split_at_mut(__m);
-                let __taken = (#place + __from) as usize + __m;
-            });
-        }
-        taken = quote!(let (__rest, __taken) = (&mut *__out, #taken););
+        let pieces: Vec<_> = fields.iter().map(|k| function(&format!("__out{k}"))).collect();
         quote! {
             let __m = (__to - __from) as usize;
             #before
-            #taken
-            #slices
+            #(let #outs = &mut #pieces[(__from - __begin) as usize..][..__m];)*
             if MODE == __loops::FORCES {
                 for __j in 0..__m { #statements #(#outs[__j] = #values;)* }
             } else {
@@ -498,8 +560,7 @@ impl<'a> Loops<'a> {
         &self,
         e: usize,
         element: &Element,
-        reductions: &mut Vec<TokenStream>,
-        whole: &mut Vec<TokenStream>,
+        [reductions, whole, totals]: [&mut Vec<TokenStream>; 3],
     ) -> TokenStream {
         let (buffers, used) = self.buffers(element);
         let (lo, hi) = (function(&format!("__lo{e}")), function(&format!("__hi{e}")));
@@ -522,7 +583,9 @@ impl<'a> Loops<'a> {
                     #name.add(#sign __loops::block_sum(__own));
                 }
             });
-            whole.push(self.added(&quote!(#name.total()), &place));
+            let number = whole.len();
+            whole.push(self.added(&quote!(__totals[#number]), &place));
+            totals.push(quote!(#name.total()));
         }
         quote! {
             if #first < #hi {

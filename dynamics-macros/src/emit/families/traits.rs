@@ -83,25 +83,42 @@ pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> T
                 const REPORT: &'static #str = #report;
                 const EQUATIONS: &'static #str = #equations;
                 fn ends(&self) -> #private::Result<#families::Vec<#usize>, #families::SizeError> { #ends }
+                const LOCAL: #private::bool = __LOCAL;
                 fn forces(&self, __at: #families::View<'_>, __out: &mut [#f64]) {
-                    __loops::in_wide_vectors(__Forces::<{ __loops::FORCES }> {
-                        model: self, t: __at.t, q: __at.q, u: __at.u, w: __at.inputs, scale: &[], h: 0.0,
-                        out: __out,
-                    });
+                    self.forces_by(1, __at, __out);
                 }
                 fn scaled_forces(&self, __at: #families::View<'_>, __scale: &[#f64], __out: &mut [#f64]) {
-                    __loops::in_wide_vectors(__Forces::<{ __loops::SCALED }> {
-                        model: self, t: __at.t, q: __at.q, u: __at.u, w: __at.inputs, scale: __scale, h: 0.0,
-                        out: __out,
-                    });
+                    self.scaled_forces_by(1, __at, __scale, __out);
                 }
                 fn kick(
                     &self, __t: #f64, __q: &[#f64], __w: &[#f64], __scale: &[#f64], __h: #f64,
                     __u: &mut [#f64],
                 ) {
-                    __loops::in_wide_vectors(__Forces::<{ __loops::KICK }> {
-                        model: self, t: __t, q: __q, u: &[], w: __w, scale: __scale, h: __h, out: __u,
-                    });
+                    self.kick_by(1, [0, #usize::MAX], __t, [__q, __w, __scale], __h, __u);
+                }
+                fn forces_by(&self, __threads: #usize, __at: #families::View<'_>, __out: &mut [#f64]) {
+                    __forces::<{ __loops::FORCES }>(
+                        __threads, [0, isize::MAX], self, __at.t, [__at.q, __at.u, __at.inputs, &[]], 0.0,
+                        __out,
+                    );
+                }
+                fn scaled_forces_by(
+                    &self, __threads: #usize, __at: #families::View<'_>, __scale: &[#f64],
+                    __out: &mut [#f64],
+                ) {
+                    __forces::<{ __loops::SCALED }>(
+                        __threads, [0, isize::MAX], self, __at.t, [__at.q, __at.u, __at.inputs, __scale],
+                        0.0, __out,
+                    );
+                }
+                fn kick_by(
+                    &self, __threads: #usize, __nodes: [#usize; 2], __t: #f64,
+                    [__q, __w, __scale]: [&[#f64]; 3], __h: #f64, __u: &mut [#f64],
+                ) {
+                    let __nodes = __nodes.map(|__node| isize::try_from(__node).unwrap_or(isize::MAX));
+                    __forces::<{ __loops::KICK }>(
+                        __threads, __nodes, self, __t, [__q, &[], __w, __scale], __h, __u,
+                    );
                 }
                 fn energies(&self, __at: #families::View<'_>) -> #families::EnergyParts {
                     __loops::in_wide_vectors(__Energies {
