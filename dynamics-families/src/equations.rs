@@ -5,9 +5,8 @@ use dynamics_runtime::simulate::OptionError;
 
 use crate::constraints::{ConstraintSummary, Rows};
 use crate::failure::FamilyErrorKind;
-use crate::generated::BLOCK;
+use crate::drift::{DriftAndKick, drift};
 use crate::integrate::Point;
-use crate::loops::{Pass, in_parts, in_wide_vectors};
 use crate::mass::Mass;
 use crate::model::{FamilyModel, FamilyState, View};
 use crate::reaction::Multipliers;
@@ -37,33 +36,6 @@ pub(crate) struct Equations<'r, 'm, M: FamilyModel> {
 
 /// All nodes.
 const ALL: [usize; 2] = [0, usize::MAX];
-/// Nodes of one part of a drift with a kick behind it: all that it reads stays in the second-level cache.
-const DRIFTED: usize = 16 * BLOCK;
-/// How far behind the nodes that have drifted the kick stays: forces reach no further.
-const REACH: usize = 32;
-
-/// q += h u.
-struct Drift<'a> {
-    q: &'a mut [f64],
-    u: &'a [f64],
-    h: f64,
-}
-
-impl Pass for Drift<'_> {
-    type Output = ();
-    #[inline(always)]
-    fn run(self) {
-        let Self { q, u, h } = self;
-        q.iter_mut().zip(u).for_each(|(q, u)| *q += h * u);
-    }
-}
-
-/// A drift by several threads.
-fn drift(threads: usize, q: &mut [f64], u: &[f64], h: f64) {
-    in_parts(threads, [0, q.len() as isize], [q], &|[begin, end], [q]| {
-        in_wide_vectors(Drift { q, u: &u[begin as usize..end as usize], h });
-    });
-}
 
 impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
     pub(crate) fn new(
@@ -175,8 +147,8 @@ impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
         Ok(())
     }
 
-    /// q += `drift` u, then u += `h` q̈ at the time t: in one pass over memory where the model can and one thread
-    /// does it. The bits are the same.
+    /// q += `by` u, then u += `h` q̈ at the time t: in one pass over memory where the model can. The bits are the
+    /// same.
     pub(crate) fn drift_and_kick(
         &mut self,
         t: f64,
@@ -185,32 +157,18 @@ impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
         ends: &[usize],
         [by, h]: [f64; 2],
     ) -> Result<(), FamilyErrorKind> {
-        let (Mass::Diagonal(inverse), true, None, 1) = (self.mass, M::LOCAL, self.law, self.threads) else {
-            drift(self.threads, q, u, by);
-            return self.kick(t, q, h, u);
-        };
-        if M::VELOCITY_FORCES || q.len() <= DRIFTED {
-            drift(1, q, u, by);
-            return self.kick(t, q, h, u);
-        }
-        self.evaluations += 1;
-        let begin = |field: usize| if field == 0 { 0 } else { ends[field - 1] };
-        let longest = (0..ends.len()).map(|field| ends[field] - begin(field)).max().unwrap_or(0);
-        let (mut from, mut drifted) = (0, 0);
-        while from < longest {
-            let to = from + DRIFTED;
-            // Ordinary coordinates, which all nodes may read, drift with the first nodes.
-            for (field, &end) in ends.iter().enumerate() {
-                let place = |node: usize| end.min(begin(field) + node);
-                let range = place(drifted)..place(to + REACH);
-                in_wide_vectors(Drift { q: &mut q[range.clone()], u: &u[range], h: by });
+        match (self.mass, self.law) {
+            (Mass::Diagonal(inverse), None) if M::LOCAL && !M::VELOCITY_FORCES => {
+                self.evaluations += 1;
+                let step = DriftAndKick { t, drift: by, kick: h, inputs: &self.inputs, scale: inverse };
+                step.apply(self.model, self.threads, ends, q, u);
+                Ok(())
             }
-            drifted = to + REACH;
-            let last = if to < longest { to } else { usize::MAX };
-            self.model.kick_by(1, [from, last], t, [q, &self.inputs, inverse], h, u);
-            from = to;
+            _ => {
+                drift(self.threads, q, u, by);
+                self.kick(t, q, h, u)
+            }
         }
-        Ok(())
     }
 
     /// u += h q̈, in one pass where the model can.

@@ -1,10 +1,7 @@
 //! One function for every system: its candidates, and what is printed.
 
-use std::time::Instant;
-
-use dynamics::families::methods;
+use dynamics::families::loops::DriftAndKick;
 use dynamics::families::model::{FamilyModel, View};
-use dynamics::prelude::*;
 
 use crate::models::{Beam, CubicChain, PlanarString};
 use crate::rivals;
@@ -152,64 +149,43 @@ fn beam(n: usize) {
     accelerations("beam", &model, n, &q, &inverse, &others);
 }
 
-/// Leapfrog steps of the string, by the clock of a whole run, beside the memory triad of as many numbers as
-/// there are unknowns.
+/// A step of leapfrog of the string, beside the memory triad of as many numbers as there are unknowns. Every
+/// call is a step, so that the string moves.
 fn leapfrog(n: usize) {
     let (model, q, inverse) = planar_string(n);
-    let unknowns = q.len();
-    let steps = (4_000_000 / n).max(4);
-    let start = model
-        .state()
-        .s(q[..n].iter().copied())
-        .w(q[n..].iter().copied())
-        .build()
-        .expect("a state of the model");
-    let h = 0.25 * model.longest_step(&start).expect("a bound");
-    let run = |steps: usize, threads: usize| {
-        let begin = Instant::now();
-        let simulation = model.simulate(start.clone()).until(h * steps as f64).fixed_step(h);
-        let motion = simulation.method(methods::StormerVerlet).record(Every::Last).threads(threads).run();
-        let motion = motion.expect("a stable step");
-        (begin.elapsed().as_secs_f64(), motion.end().q().to_vec())
+    let ends = model.ends().expect("counts of the model");
+    // Far below the shortest period, 2π / (2n √(ea + tension)).
+    let h = 1e-3 / (n as f64 * 100.0);
+    let step = DriftAndKick { t: 0.0, drift: h, kick: h, inputs: &[], scale: &inverse };
+    let ways = [(128, 1), (256, 1), (512, 1), (512, 2)];
+    let run = |steps: usize, (bits, threads): (usize, usize)| {
+        dynamics_simd::limit_vectors(bits);
+        let (mut q, mut u) = (q.clone(), vec![0.0; q.len()]);
+        (0..steps).for_each(|_| step.apply(&model, threads, &ends, &mut q, &mut u));
+        [q, u].concat()
     };
-    let mut least = [[f64::INFINITY; 2]; 4];
-    let mut triad = f64::INFINITY;
-    let (zeros, mut into) = (vec![0.0; unknowns], vec![0.0; unknowns]);
-    let mut ends: Vec<Vec<f64>> = Vec::new();
-    for round in 0..9 {
-        for (k, (bits, threads)) in [(128, 1), (256, 1), (512, 1), (512, 2)].into_iter().enumerate() {
-            dynamics_simd::limit_vectors(bits);
-            for (which, steps) in [1, steps + 1].into_iter().enumerate() {
-                let (time, end) = run(steps, threads);
-                least[k][which] = least[k][which].min(time);
-                if round == 0 && which == 1 {
-                    ends.push(end);
-                }
-            }
+    let results: Vec<Vec<f64>> = ways.into_iter().map(|way| run(3, way)).collect();
+    assert!(results.iter().all(|result| result == &results[0]), "bits depend on vectors or threads");
+    let mut states: Vec<[Vec<f64>; 2]> = ways.map(|_| [q.clone(), vec![0.0; q.len()]]).to_vec();
+    let mut candidates = Vec::new();
+    for ((bits, threads), state) in ways.into_iter().zip(&mut states) {
+        let (model, ends) = (&model, &ends);
+        let mut candidate = wide(bits, move || {
+            let [q, u] = state;
+            step.apply(model, threads, ends, q, u);
+        });
+        if threads > 1 {
+            candidate.name += ", two threads";
         }
-        let begin = Instant::now();
-        for _ in 0..steps {
-            // SAFETY: all slices have this length.
-            unsafe {
-                rivals::triad(unknowns, 0.5, q.as_ptr(), inverse.as_ptr(), into.as_mut_ptr());
-            }
-            std::hint::black_box((&zeros, &mut into));
-        }
-        triad = triad.min(begin.elapsed().as_secs_f64() / steps as f64);
+        candidates.push(candidate);
     }
-    let names = ["128 bit", "256 bit", "512 bit", "512 bit, two threads"];
-    for ((name, [one, all]), end) in names.iter().zip(least).zip(&ends) {
-        let each = (all - one) / steps as f64 * 1e9 / unknowns as f64;
-        let same = end == &ends[0];
-        println!(
-            "{{\"system\":\"leapfrog step\",\"n\":{n},\"candidate\":\"derived, {name}\",\
-             \"ns_per_unknown\":{each:.4},\"same_bits\":{same}}}"
-        );
-    }
-    let each = triad * 1e9 / unknowns as f64;
-    println!(
-        "{{\"system\":\"leapfrog step\",\"n\":{n},\"candidate\":\"memory triad\",\"ns_per_unknown\":{each:.4}}}"
-    );
+    let (x, w, unknowns) = (q.as_ptr(), inverse.as_ptr(), q.len());
+    let mut into = vec![0.0; unknowns];
+    // SAFETY: all slices have this length.
+    candidates.push(rival("memory triad", move || unsafe {
+        rivals::triad(unknowns, 0.5, x, w, into.as_mut_ptr());
+    }));
+    row("leapfrog step", n, unknowns, &[], candidates);
 }
 fn bar(_: usize) {}
 fn newton(_: usize) {}
