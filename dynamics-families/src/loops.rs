@@ -8,6 +8,8 @@ use dynamics_runtime::{Expr, Vec2, Vec3};
 use dynamics_simd::{Lanes, Task, in_widest_lanes};
 
 pub use crate::drift::DriftAndKick;
+pub use crate::mass::Accelerations;
+pub use crate::tangent::NewtonStep;
 pub use crate::generated::{BLOCK, Sum, block_sum};
 pub use dynamics_simd::reciprocal_root as roots;
 use crate::model::{FamilyModel, SizeError};

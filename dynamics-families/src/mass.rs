@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::linalg::bordered::{Bordered, Factors, Kind};
 use crate::linalg::order::{Layout, NotBanded};
-use crate::model::{FamilyModel, Length};
+use crate::model::{FamilyModel, Length, View};
 
 /// M, in the form in which it is inverted.
 #[derive(Clone, Debug)]
@@ -83,5 +83,31 @@ pub(crate) fn coordinate_name<M: FamilyModel>(ends: &[usize], unknown: usize) ->
     match declared.length {
         Length::One => declared.name.to_string(),
         Length::Count { .. } => format!("{}[{}]", declared.name, unknown - begin),
+    }
+}
+
+/// Accelerations of a model by themselves: what benchmarks measure.
+#[doc(hidden)]
+pub struct Accelerations {
+    mass: Mass,
+    memory: Vec<f64>,
+}
+
+impl Accelerations {
+    /// With the factors of the mass matrix; none where it has no inverse.
+    pub fn new<M: FamilyModel>(model: &M, ends: &[usize]) -> Option<Self> {
+        let mass = Mass::new(model, ends).ok()?;
+        Some(Self { mass, memory: vec![0.0; ends.last().copied().unwrap_or(0)] })
+    }
+
+    /// q̈ without constraints, written to `a`.
+    pub fn evaluate<M: FamilyModel>(&mut self, model: &M, at: View<'_>, a: &mut [f64]) {
+        match &self.mass {
+            Mass::Diagonal(inverse) => model.scaled_forces(at, inverse, a),
+            Mass::Banded(parts) => {
+                model.forces(at, a);
+                parts.1.solve(a, &mut self.memory);
+            }
+        }
     }
 }

@@ -151,3 +151,38 @@ impl Tangent {
         self.mass.bytes() + self.matrix.bytes() + self.ldl.bytes() + lu + 24 * self.diagonal.len()
     }
 }
+
+/// A Newton step of an implicit method, by itself: what benchmarks measure.
+#[doc(hidden)]
+pub struct NewtonStep {
+    tangent: Tangent,
+    ends: Vec<usize>,
+}
+
+impl NewtonStep {
+    /// With memory for a model.
+    ///
+    /// # Errors
+    /// A tangent that is not banded.
+    pub fn new<M: FamilyModel>(model: &M, at: View<'_>, ends: &[usize]) -> Result<Self, FamilyErrorKind> {
+        Ok(Self { tangent: Tangent::new(model, at, ends)?, ends: ends.to_vec() })
+    }
+
+    /// Assembles `mass` M + K at a state, factors it and replaces x by the solution.
+    ///
+    /// # Errors
+    /// A singular tangent.
+    pub fn solve<M: FamilyModel>(
+        &mut self,
+        model: &M,
+        at: View<'_>,
+        mass: f64,
+        x: &mut [f64],
+    ) -> Result<(), FamilyErrorKind> {
+        let weights = Coefficients { mass, damping: 0.0, stiffness: 1.0 };
+        self.tangent.assemble(model, at, weights)?;
+        self.tangent.factor::<M>(&self.ends)?;
+        self.tangent.solve(x);
+        Ok(())
+    }
+}

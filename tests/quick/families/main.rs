@@ -2,4 +2,5 @@
 #![allow(missing_docs, reason = "models of tests")]
 #![allow(clippy::excessive_precision, reason = "reference values keep their digits")]
 
+mod bits;
 mod references;

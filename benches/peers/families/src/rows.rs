@@ -1,9 +1,9 @@
 //! One function for every system: its candidates, and what is printed.
 
-use dynamics::families::loops::DriftAndKick;
+use dynamics::families::loops::{Accelerations, DriftAndKick, NewtonStep};
 use dynamics::families::model::{FamilyModel, View};
 
-use crate::models::{Beam, CubicChain, PlanarString};
+use crate::models::{Bar, Beam, CubicChain, PlanarString};
 use crate::rivals;
 use crate::timing::{Candidate, times};
 
@@ -187,5 +187,67 @@ fn leapfrog(n: usize) {
     }));
     row("leapfrog step", n, unknowns, &[], candidates);
 }
-fn bar(_: usize) {}
-fn newton(_: usize) {}
+/// Accelerations of the bar: forces, and the solution with the constant factors of its mass matrix.
+fn bar(n: usize) {
+    let model = Bar { elements: n, length: 1.0, ea: 1e4, rho: 2.0 };
+    let h = model.length / n as f64;
+    let q: Vec<f64> = (0..n).map(|i| 1e-3 * (3.0 * h * (i + 1) as f64).sin()).collect();
+    let (zeros, ends) = (vec![0.0; n], model.ends().expect("a count of the model"));
+    let at = View { t: 0.0, q: &q, u: &zeros, inputs: &[] };
+    let mut diagonal = vec![model.rho * h * 2.0 / 3.0; n];
+    diagonal[n - 1] /= 2.0;
+    let (mut l, mut p) = (zeros.clone(), zeros.clone());
+    let beside = model.rho * h / 6.0;
+    // SAFETY: all slices have this length.
+    unsafe {
+        rivals::tridiagonal_factor(n, diagonal.as_ptr(), beside, l.as_mut_ptr(), p.as_mut_ptr());
+    }
+    let (l, p, x, stiffness) = (l.as_ptr(), p.as_ptr(), q.as_ptr(), model.ea / h);
+    let gcc = |a: &mut [f64]| {
+        // SAFETY: as above.
+        unsafe { rivals::bar_consistent(n, stiffness, l, p, x, a.as_mut_ptr()) }
+    };
+    let mut accelerations = Accelerations::new(&model, &ends).expect("M is positive definite");
+    let (mut ours, mut theirs) = (zeros.clone(), zeros.clone());
+    accelerations.evaluate(&model, at, &mut ours);
+    gcc(&mut theirs);
+    let errors = [0.0, difference(&ours, &theirs)];
+    let candidates = vec![
+        wide(512, || accelerations.evaluate(&model, at, &mut ours)),
+        rival("gcc, forces and two recursions", || gcc(&mut theirs)),
+    ];
+    row("bar, consistent mass", n, n, &errors, candidates);
+}
+
+/// A Newton step of an implicit method on the string: assembly, factors and solution.
+fn newton(n: usize) {
+    let (model, q, inverse) = planar_string(n);
+    let (zeros, ends) = (vec![0.0; 2 * n], model.ends().expect("counts of the model"));
+    let at = View { t: 0.0, q: &q, u: &zeros, inputs: &[] };
+    // 4/h^2 of a step of fifty times the longest of leapfrog.
+    let coefficient = (model.ea * n as f64 * n as f64) / 2500.0;
+    let mass: Vec<f64> = inverse.iter().map(|inverse| coefficient / inverse).collect();
+    let right: Vec<f64> = (0..2 * n).map(|i| (0.1 * i as f64).sin()).collect();
+    let mut step = NewtonStep::new(&model, at, &ends).expect("a banded tangent");
+    let (mut ours, mut theirs) = (right.clone(), right.clone());
+    let (mut diagonal, mut beside) = (vec![0.0; 3 * n], vec![0.0; 3 * n + 3]);
+    let gcc = |x: &mut [f64], diagonal: &mut [f64], beside: &mut [f64]| {
+        let (d, e) = (diagonal.as_mut_ptr(), beside.as_mut_ptr());
+        let (m, q) = (mass.as_ptr(), q.as_ptr());
+        // SAFETY: the slices have the lengths that the function needs.
+        unsafe { rivals::string_newton(n, model.pitch, model.ea, model.tension, m, q, d, e, x.as_mut_ptr()) }
+    };
+    step.solve(&model, at, coefficient, &mut ours).expect("a regular tangent");
+    gcc(&mut theirs, &mut diagonal, &mut beside);
+    let errors = [0.0, difference(&ours, &theirs)];
+    let derived = || {
+        ours.copy_from_slice(&right);
+        step.solve(&model, at, coefficient, &mut ours).expect("a regular tangent");
+    };
+    let thomas = || {
+        theirs.copy_from_slice(&right);
+        gcc(&mut theirs, &mut diagonal, &mut beside);
+    };
+    let candidates = vec![wide(512, derived), rival("gcc, block Thomas", thomas)];
+    row("string, Newton step", n, 2 * n, &errors, candidates);
+}
