@@ -173,10 +173,10 @@ pub mod __private {
         pub use core::iter::IntoIterator;
         pub use dynamics_families::loops::{self, output_values};
         pub use dynamics_families::model::{
-            EnergyParts, Entries, FamilyModel, FamilyState, Field, Length, OutputDeclaration, Pairs, RowField,
-            RowValues, SizeError, View,
+            EnergyParts, Entries, FamilyModel, FamilyState, Field, Length, Multipliers, OutputDeclaration, Pairs,
+            RowField, RowValues, SizeError, View,
         };
-        pub use dynamics_families::reaction::{FamilyReaction, Multipliers};
+        pub use dynamics_families::reaction::FamilyReaction;
         pub use dynamics_families::state::{FamilyStateError, GivenState, Values};
         pub use std::vec::Vec;
     }

@@ -10,7 +10,7 @@ mod schur;
 use crate::failure::FamilyErrorKind;
 use crate::linalg::order::NotBanded;
 use crate::mass::Mass;
-use crate::model::{FamilyModel, RowValues, View};
+use crate::model::{FamilyModel, FamilyState, RowValues, View};
 use runs::Jacobian;
 use saddle::Saddle;
 use schur::Schur;
@@ -27,6 +27,8 @@ const NEAR_ROUNDING: f64 = 1e-11;
 pub(crate) struct Rows {
     /// Where every field of rows ends.
     pub(crate) ends: Vec<usize>,
+    /// Pairs of a row and a coordinate, in the order of the entries of J.
+    pub(crate) pairs: Vec<(u32, u32)>,
     jacobian: Jacobian,
     solver: Solver,
     values: Values,
@@ -85,11 +87,16 @@ enum Solver {
 
 impl Rows {
     /// Of a model; `None` where it has no constraints.
-    pub(crate) fn new<M: FamilyModel>(
+    pub(crate) fn of_model<M: FamilyModel>(
         model: &M,
         mass: &Mass,
         ends: &[usize],
-    ) -> Result<Option<Self>, NotBanded> {
+    ) -> Result<Option<Self>, FamilyErrorKind> {
+        Self::new(model, mass, ends)
+            .map_err(|_| FamilyErrorKind::NotBanded { matrix: "system of the constraints" })
+    }
+
+    fn new<M: FamilyModel>(model: &M, mass: &Mass, ends: &[usize]) -> Result<Option<Self>, NotBanded> {
         let row_ends = model.row_ends();
         let rows = row_ends.last().copied().unwrap_or(0);
         if rows == 0 {
@@ -116,7 +123,7 @@ impl Rows {
             None => {
                 let mut entries = Vec::new();
                 model.mass(&mut |i, j, value| entries.push((i as u32, j as u32, value)));
-                Solver::Saddle(Box::new(Saddle::new(entries, pairs, ends, &row_ends)?))
+                Solver::Saddle(Box::new(Saddle::new(entries, pairs.clone(), ends, &row_ends)?))
             }
         };
         let values = Values {
@@ -126,7 +133,12 @@ impl Rows {
             entries: vec![0.0; count],
         };
         let (multipliers, change) = (vec![0.0; rows], vec![0.0; n]);
-        Ok(Some(Self { ends: row_ends, jacobian, solver, values, inverse, multipliers, change }))
+        Ok(Some(Self { ends: row_ends, pairs, jacobian, solver, values, inverse, multipliers, change }))
+    }
+
+    /// Entries of J of the last evaluation.
+    pub(crate) fn entries(&self) -> &[f64] {
+        &self.values.entries
     }
 
     /// Evaluates the rows, and factors the system of their multipliers.
@@ -148,6 +160,18 @@ impl Rows {
         })
     }
 
+    /// q̈ at a state, from the model's forces; `multipliers` are λ then.
+    pub(crate) fn solve_at<M: FamilyModel>(
+        &mut self,
+        model: &M,
+        mass: &Mass,
+        at: View<'_>,
+        a: &mut [f64],
+    ) -> Result<(), FamilyErrorKind> {
+        mass.accelerations(model, at, a, &mut self.change);
+        self.constrain(model, at, a)
+    }
+
     /// Turns M⁻¹Q at a state into q̈; `multipliers` are λ then.
     pub(crate) fn constrain<M: FamilyModel>(
         &mut self,
@@ -160,6 +184,12 @@ impl Rows {
         self.jacobian.multiply_add(&self.values.entries, a, -1.0, &mut self.multipliers);
         self.add_correction(a);
         Ok(())
+    }
+
+    /// Adds Jᵀλ of the last solution.
+    pub(crate) fn add_reactions(&self, forces: &mut [f64]) {
+        let (entries, multipliers) = (&self.values.entries, &self.multipliers);
+        self.jacobian.multiply_transposed_add(entries, multipliers, None, forces);
     }
 
     /// Adds the smallest change whose product with J is in `multipliers`, which become μ.
@@ -281,6 +311,40 @@ impl Rows {
         };
         solver + 8 * (4 * self.multipliers.len() + self.values.entries.len() + 2 * self.change.len())
     }
+}
+
+/// Moves a state onto the constraints.
+pub(crate) fn place_on_constraints<M: FamilyModel>(
+    model: &M,
+    state: &mut M::State,
+) -> Result<(), FamilyErrorKind> {
+    let ends = state.ends().to_vec();
+    let mass =
+        Mass::new(model, &ends).map_err(|problem| FamilyErrorKind::of_mass::<M>(problem, &ends))?;
+    let Some(mut rows) = Rows::of_model(model, &mass, &ends)? else { return Ok(()) };
+    let (t, q, u, inputs) = state.parts_mut();
+    let inputs: Vec<f64> = inputs.iter().map(|input| if input.is_nan() { 0.0 } else { *input }).collect();
+    rows.project(model, *t, q, u, &inputs)?;
+    Ok(())
+}
+
+/// The rows with their Jacobian and multipliers at a state at rest; `None` where the model has no constraints.
+pub(crate) fn rows_at<M: FamilyModel>(
+    model: &M,
+    state: &M::State,
+    ends: &[usize],
+) -> Result<Option<Rows>, FamilyErrorKind> {
+    if M::ROWS.is_empty() {
+        return Ok(None);
+    }
+    let mass =
+        Mass::new(model, ends).map_err(|problem| FamilyErrorKind::of_mass::<M>(problem, ends))?;
+    let mut rows = Rows::of_model(model, &mass, ends)?;
+    if let Some(rows) = &mut rows {
+        let u = vec![0.0; state.q().len()];
+        rows.solve_at(model, &mass, View { u: &u, ..state.view() }, &mut vec![0.0; u.len()])?;
+    }
+    Ok(rows)
 }
 
 /// The user's name of a row: `link[7]`, `closure.x`.

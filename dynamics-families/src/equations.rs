@@ -8,8 +8,7 @@ use crate::failure::FamilyErrorKind;
 use crate::drift::{DriftAndKick, drift};
 use crate::integrate::Point;
 use crate::mass::Mass;
-use crate::model::{FamilyModel, FamilyState, View};
-use crate::reaction::Multipliers;
+use crate::model::{FamilyModel, FamilyState, Multipliers, View};
 
 /// Input values by time and state, written to a slice. The error is another number of values.
 pub(crate) type Law<'m, S> = Box<dyn Fn(f64, &S, &mut [f64]) -> Result<(), usize> + Send + Sync + 'm>;
@@ -47,10 +46,8 @@ impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
         let needs_memory = M::VELOCITY_FORCES || matches!(mass, Mass::Banded(_));
         let memory = vec![0.0; if needs_memory { 2 * start.q().len() } else { 0 }];
         let seen = law.is_some().then(|| start.clone());
-        let rows = Rows::new(model, mass, start.ends())
-            .map_err(|_| FamilyErrorKind::NotBanded { matrix: "system of the constraints" })?;
+        let rows = Rows::of_model(model, mass, start.ends())?.map(Box::new);
         let inputs = start.inputs().to_vec();
-        let rows = rows.map(Box::new);
         Ok(Self { model, mass, law, inputs, seen, memory, rows, correction: 0.0, evaluations: 0, threads: 1 })
     }
 
@@ -120,13 +117,8 @@ impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
         self.set_inputs(t, q, u)?;
         self.evaluations += 1;
         let at = View { t, q, u, inputs: &self.inputs };
-        match self.mass {
-            Mass::Diagonal(inverse) => self.model.scaled_forces_by(self.threads, at, inverse, a),
-            Mass::Banded(parts) => {
-                self.model.forces_by(self.threads, at, a);
-                parts.1.solve(a, &mut self.memory[..q.len()]);
-            }
-        }
+        let memory = if matches!(self.mass, Mass::Banded(_)) { &mut self.memory[..q.len()] } else { &mut [] };
+        self.mass.accelerations(self.model, at, a, memory);
         match &mut self.rows {
             Some(rows) => rows.constrain(self.model, at, a),
             None => Ok(()),
@@ -183,13 +175,7 @@ impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
         self.evaluations += 1;
         let (a, ordered) = self.memory.split_at_mut(q.len());
         let at = View { t, q, u, inputs: &self.inputs };
-        match self.mass {
-            Mass::Diagonal(inverse) => self.model.scaled_forces_by(self.threads, at, inverse, a),
-            Mass::Banded(parts) => {
-                self.model.forces_by(self.threads, at, a);
-                parts.1.solve(a, ordered);
-            }
-        }
+        self.mass.accelerations(self.model, at, a, ordered);
         u.iter_mut().zip(&*a).for_each(|(u, a)| *u += h * a);
         Ok(())
     }

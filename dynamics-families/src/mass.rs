@@ -58,6 +58,23 @@ impl Mass {
         Ok(Self::Banded(Box::new((matrix, factors))))
     }
 
+    /// M⁻¹Q at a state. `memory` has as many places.
+    pub(crate) fn accelerations<M: FamilyModel>(
+        &self,
+        model: &M,
+        at: View<'_>,
+        a: &mut [f64],
+        memory: &mut [f64],
+    ) {
+        match self {
+            Self::Diagonal(inverse) => model.scaled_forces(at, inverse, a),
+            Self::Banded(parts) => {
+                model.forces(at, a);
+                parts.1.solve(a, memory);
+            }
+        }
+    }
+
     /// Its structure in words.
     pub(crate) fn describe(&self) -> String {
         match self {

@@ -9,7 +9,6 @@ use core::fmt::Debug;
 
 pub use dynamics_runtime::model::{Described, Quantity};
 
-use crate::reaction::Multipliers;
 
 /// A declared coordinate: a family, or an ordinary coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,6 +61,13 @@ pub struct RowField {
     pub numbered: bool,
     /// Whether it restricts coordinates, and not velocities alone.
     pub holonomic: bool,
+}
+
+/// Multipliers λ of all rows at a state; empty where no solution is at hand.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Multipliers {
+    pub(crate) values: Vec<f64>,
+    pub(crate) ends: Vec<usize>,
 }
 
 /// What rows of constraints have at a state; R rows.

@@ -6,6 +6,7 @@
 //! is missed. Source: Bathe, Wilson, Int. J. Num. Meth. Eng. 6 (1973) 213; Parlett, *The Symmetric Eigenvalue
 //! Problem*, §3.3, §14.
 
+use crate::constraints::{Rows, rows_at};
 use crate::error::FamilyError;
 use crate::failure::{FamilyErrorKind, check_state};
 use crate::linalg::bordered::Bordered;
@@ -53,19 +54,23 @@ pub(crate) fn modes<M: FamilyModel>(
     let ends = model.ends().map_err(|error| failed(error.into()))?;
     check_state::<M>(state, &ends).map_err(failed)?;
     let n = state.q().len();
-    let count = count.min(n);
-    let mut pencil =
-        Pencil { model, state, tangent: Tangent::new(model, state.view(), &ends).map_err(failed)? };
+    let rows = rows_at(model, state, &ends).map_err(failed)?;
+    let tangent = Tangent::new(model, state.view(), &ends, rows.as_ref()).map_err(failed)?;
+    let free = n.saturating_sub(tangent.rows);
+    let count = count.min(free);
+    let mut pencil = Pencil { model, state, tangent, rows };
     let mode = |layout: &Layout, square: f64, vector: &mut dyn Iterator<Item = f64>| {
         let mut shape = vec![0.0; n];
-        layout.unknown.iter().zip(vector).for_each(|(&unknown, value)| shape[unknown] = value);
+        // Behind the coordinates there are multipliers.
+        let placed = layout.unknown.iter().zip(vector).filter(|&(&unknown, _)| unknown < n);
+        placed.for_each(|(&unknown, value)| shape[unknown] = value);
         let largest = shape.iter().fold(0.0f64, |most, x| if x.abs() > most.abs() { *x } else { most });
         if largest < 0.0 {
             shape.iter_mut().for_each(|x| *x = -*x);
         }
         FamilyMode { omega_squared: square, shape }
     };
-    if smallest_subspace(count) >= n {
+    if smallest_subspace(count) >= n && pencil.rows.is_none() {
         // The subspace would be the whole space, and dense matrices miss nothing.
         let (squares, vectors) = pencil.whole().map_err(failed)?;
         let layout = &pencil.tangent.layout;
@@ -76,7 +81,7 @@ pub(crate) fn modes<M: FamilyModel>(
     let shift = pencil.shift_below_all().map_err(failed)?;
     let mut found = 0;
     for round in 0..MOST_SUBSPACES {
-        let size = (smallest_subspace(count) << round).min(n);
+        let size = (smallest_subspace(count) << round).min(free);
         pencil.factor(shift).map_err(failed)?;
         let Some((squares, vectors)) = pencil.iterate(shift, count, size) else { continue };
         found = count;
@@ -98,13 +103,14 @@ struct Pencil<'a, M: FamilyModel> {
     model: &'a M,
     state: &'a M::State,
     tangent: Tangent,
+    rows: Option<Rows>,
 }
 
 impl<M: FamilyModel> Pencil<'_, M> {
     /// Factors K − shift M, and counts its eigenvalues below zero and whether one is zero.
     fn factor(&mut self, shift: f64) -> Result<(usize, bool), FamilyErrorKind> {
         let weights = Coefficients { mass: -shift, damping: 0.0, stiffness: 1.0 };
-        self.tangent.assemble(self.model, self.state.view(), weights)?;
+        self.tangent.assemble(self.model, self.state.view(), weights, self.rows.as_ref())?;
         self.tangent.inertia().ok_or(FamilyErrorKind::NotSymmetric {
             matrix: "tangent stiffness",
             remedy: "so its modes are not real; simulate a small disturbance instead",
@@ -114,7 +120,7 @@ impl<M: FamilyModel> Pencil<'_, M> {
     /// All eigenvalues, rising, and eigenvectors by columns, in the order of places, from dense matrices.
     fn whole(&mut self) -> Result<(Vec<f64>, Vec<f64>), FamilyErrorKind> {
         let weights = Coefficients { mass: 0.0, damping: 0.0, stiffness: 1.0 };
-        self.tangent.assemble(self.model, self.state.view(), weights)?;
+        self.tangent.assemble(self.model, self.state.view(), weights, self.rows.as_ref())?;
         let n = self.tangent.diagonal.len();
         let dense = |matrix: &Bordered| {
             let mut all = vec![0.0; n * n];
@@ -139,7 +145,10 @@ impl<M: FamilyModel> Pencil<'_, M> {
         let mut scale = 0.0f64;
         let (layout, diagonal) = (&self.tangent.layout, &self.tangent.diagonal);
         self.tangent.matrix.for_each_row(|place, entry, _| {
-            scale = scale.max(entry.abs() / diagonal[layout.unknown[place]]);
+            let mass = diagonal[layout.unknown[place]];
+            if mass > 0.0 {
+                scale = scale.max(entry.abs() / mass);
+            }
         });
         scale
     }

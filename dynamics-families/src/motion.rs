@@ -10,8 +10,7 @@ use crate::failure::FamilyMotionError;
 use crate::integrate::Point;
 use crate::integrate::hermite::quintic;
 use crate::methods::FamilyMethod;
-use crate::model::{EnergyParts, FamilyModel, FamilyState};
-use crate::reaction::Multipliers;
+use crate::model::{EnergyParts, FamilyModel, FamilyState, Multipliers};
 use crate::record::Record;
 
 /// Times agree to this part of the motion.

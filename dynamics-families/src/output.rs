@@ -140,7 +140,7 @@ impl<M: FamilyModel> FamilyMotion<'_, M> {
     fn lines(&self, state: &M::State) -> Vec<(&'static str, Vec<[f64; 3]>)> {
         // Places are made of coordinates; what is made of accelerations is not a number.
         let unknown = vec![f64::NAN; state.q().len()];
-        let places = self.model.places(&M::coordinates(state, &unknown, crate::reaction::Multipliers::default()));
+        let places = self.model.places(&M::coordinates(state, &unknown, crate::model::Multipliers::default()));
         places.into_iter().map(|(name, points)| (name, thinned(points))).collect()
     }
 }

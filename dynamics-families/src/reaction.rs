@@ -4,14 +4,7 @@ use core::any::TypeId;
 
 use dynamics_runtime::{Expr, Vec2, Vec3};
 
-use crate::model::FamilyModel;
-
-/// Multipliers λ of all rows at a state; empty where no solution is at hand.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Multipliers {
-    values: Vec<f64>,
-    ends: Vec<usize>,
-}
+use crate::model::{FamilyModel, Multipliers};
 
 impl Multipliers {
     /// Of rows whose fields end at `ends`.

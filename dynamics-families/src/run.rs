@@ -158,7 +158,7 @@ impl<'r, 'm, M: FamilyModel> Run<'r, 'm, M> {
             rejected: self.rejected,
             evaluations: self.equations.evaluations,
             wall_time: self.plan.begun.elapsed(),
-            bytes: self.bytes + mass.bytes() + 32 * self.y.q.len(),
+            bytes: self.bytes + mass.bytes() + self.equations.rows.as_ref().map_or(0, |rows| rows.bytes()) + 32 * self.y.q.len(),
             longest: self.plan.longest,
             frames: self.recorder.frames,
         }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use dynamics_runtime::integrate::Tolerances;
 use dynamics_runtime::simulate::{DEFAULT_MAX_STEPS, DEFAULT_TOLERANCE, OptionError};
 
-use crate::constraints::row_name;
+use crate::constraints::{row_name, rows_at};
 use crate::equations::{Equations, Law};
 use crate::error::FamilyError;
 use crate::failure::{FamilyErrorKind, check_state};
@@ -86,7 +86,9 @@ pub trait SimulateFamilies: FamilyModel {
         let failed = |kind: FamilyErrorKind| FamilyError::before(kind, state.t());
         let ends = self.ends().map_err(|error| failed(error.into()))?;
         check_state::<Self>(state, &ends).map_err(failed)?;
-        step_bound::longest_step(self, state, state.inputs(), &ends).map_err(failed)
+        let rows = rows_at(self, state, &ends).map_err(failed)?;
+        let multipliers = rows.as_ref().map_or(&[][..], |rows| &rows.multipliers);
+        step_bound::longest_step(self, state, state.inputs(), &ends, multipliers).map_err(failed)
     }
 
     /// The equilibrium that Newton's method with a line search finds from a guess, with the inputs of the
@@ -269,7 +271,13 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
         equations.set_inputs(time, self.start.q(), self.start.u()).map_err(failed)?;
         self.start.parts_mut().3.copy_from_slice(&equations.inputs);
         self.place_on_constraints(&mut equations).map_err(failed)?;
-        let longest = step_bound::longest_step(self.model, &self.start, &equations.inputs, &ends);
+        if !M::ROWS.is_empty() {
+            let (q, u) = (self.start.q(), self.start.u());
+            equations.accelerations(time, q, u, &mut vec![0.0; q.len()]).map_err(failed)?;
+        }
+        let multipliers = equations.rows.as_ref().map_or(&[][..], |rows| &rows.multipliers);
+        let longest =
+            step_bound::longest_step(self.model, &self.start, &equations.inputs, &ends, multipliers);
         // Without a bound a step is taken as it is; what then grows without bounds ends the run.
         let longest = longest.ok();
         if let (Some(step), Some(longest)) = (self.fixed, longest) {

@@ -1,5 +1,7 @@
 //! States on the heap, and how they are given by name.
 
+use crate::constraints::place_on_constraints;
+use crate::failure::FamilyErrorKind;
 use crate::model::{FamilyModel, FamilyState, Field, Length, SizeError};
 
 /// What every state of a model with families holds: the generated type with the model's names wraps it.
@@ -43,6 +45,9 @@ pub enum FamilyStateError {
         /// The values.
         given: usize,
     },
+    /// No state on the constraints was found.
+    #[error(transparent)]
+    NotAssembled(Box<FamilyErrorKind>),
     /// A value is infinite or not a number.
     #[error("`{name}` is {value}; give it a finite value")]
     NotFinite {
@@ -103,6 +108,18 @@ impl GivenState {
             }
         }
         Ok(M::State::new(self.t, q, u, self.inputs, ends))
+    }
+
+    /// The state, with positions and then velocities moved onto the constraints by the changes that are
+    /// smallest by √Σ mᵢ xᵢ². Inputs that are not given count as 0.
+    ///
+    /// # Errors
+    /// As for [`GivenState::build`]; where no state on the constraints is found near this one.
+    pub fn assemble<M: FamilyModel>(self, model: &M) -> Result<M::State, FamilyStateError> {
+        let mut state = self.build(model)?;
+        let not_assembled = |kind: FamilyErrorKind| FamilyStateError::NotAssembled(Box::new(kind));
+        place_on_constraints(model, &mut state).map_err(not_assembled)?;
+        Ok(state)
     }
 }
 

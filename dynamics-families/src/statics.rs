@@ -2,12 +2,16 @@
 //!
 //! K Δq = Q is solved with the banded tangent. A step is halved until √Σ Qᵢ²/mᵢ falls. Whether the
 //! equilibrium is stable is counted: the pivots of K = L D Lᵀ have the signs of its eigenvalues (Sylvester).
+//!
+//! With constraints all positions are moved onto them, and Q contains the reactions that make the
+//! accelerations at rest smallest: those of the motion that would begin there.
 
 use dynamics_runtime::simulate::OptionError;
 
+use crate::constraints::Rows;
 use crate::error::FamilyError;
 use crate::failure::{FamilyErrorKind, check_state};
-use crate::mass::coordinate_name;
+use crate::mass::{Mass, coordinate_name};
 use crate::model::{FamilyModel, FamilyState, View};
 use crate::tangent::{Coefficients, Tangent};
 
@@ -42,6 +46,55 @@ impl<S> FamilyEquilibrium<S> {
     }
 }
 
+/// Forces at rest, with the reactions of constraints.
+struct AtRest<'a, M: FamilyModel> {
+    model: &'a M,
+    t: f64,
+    inputs: &'a [f64],
+    rest: Vec<f64>,
+    constraints: Option<(Mass, Rows)>,
+    a: Vec<f64>,
+}
+
+impl<'a, M: FamilyModel> AtRest<'a, M> {
+    fn new(model: &'a M, guess: &'a M::State, ends: &[usize]) -> Result<Self, FamilyErrorKind> {
+        let n = guess.q().len();
+        let constraints = if M::ROWS.is_empty() {
+            None
+        } else {
+            let mass =
+                Mass::new(model, ends).map_err(|problem| FamilyErrorKind::of_mass::<M>(problem, ends))?;
+            Rows::of_model(model, &mass, ends)?.map(|rows| (mass, rows))
+        };
+        let rest = vec![0.0; n];
+        Ok(Self { model, t: guess.t(), inputs: guess.inputs(), a: rest.clone(), rest, constraints })
+    }
+
+    fn view<'v>(&'v self, q: &'v [f64]) -> View<'v> {
+        View { t: self.t, q, u: &self.rest, inputs: self.inputs }
+    }
+
+    fn rows(&self) -> Option<&Rows> {
+        self.constraints.as_ref().map(|(_, rows)| rows)
+    }
+
+    /// Q at a position, which is moved onto the constraints before.
+    fn forces(&mut self, q: &mut [f64], forces: &mut [f64]) -> Result<(), FamilyErrorKind> {
+        if let Some((mass, rows)) = &mut self.constraints {
+            // Moving constraints give velocities, which are none of an equilibrium's.
+            self.a.fill(0.0);
+            rows.project(self.model, self.t, q, &mut self.a, self.inputs)?;
+            let at = View { t: self.t, q, u: &self.rest, inputs: self.inputs };
+            rows.solve_at(self.model, mass, at, &mut self.a)?;
+        }
+        self.model.forces(View { t: self.t, q, u: &self.rest, inputs: self.inputs }, forces);
+        if let Some((_, rows)) = &self.constraints {
+            rows.add_reactions(forces);
+        }
+        Ok(())
+    }
+}
+
 /// The equilibrium that Newton's method finds from a guess.
 pub(crate) fn equilibrium<M: FamilyModel>(
     model: &M,
@@ -53,17 +106,14 @@ pub(crate) fn equilibrium<M: FamilyModel>(
     if let Some(input) = guess.inputs().iter().position(|input| !input.is_finite()) {
         return Err(failed(OptionError::InputWithoutValue { input: M::INPUTS[input].name }.into()));
     }
-    let (t, n, inputs) = (guess.t(), guess.q().len(), guess.inputs().to_vec());
-    let rest = vec![0.0; n];
-    fn view<'a>(t: f64, q: &'a [f64], u: &'a [f64], inputs: &'a [f64]) -> View<'a> {
-        View { t, q, u, inputs }
-    }
+    let n = guess.q().len();
+    let mut at_rest = AtRest::new(model, guess, &ends).map_err(failed)?;
     let mut q = guess.q().to_vec();
-    let mut tangent = Tangent::new(model, view(t, &q, &rest, &inputs), &ends).map_err(failed)?;
+    let (mut forces, mut trial, mut of_trial) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    at_rest.forces(&mut q, &mut forces).map_err(failed)?;
+    let mut tangent = Tangent::new(model, at_rest.view(&q), &ends, at_rest.rows()).map_err(failed)?;
     let weights = Coefficients { mass: 0.0, damping: 0.0, stiffness: 1.0 };
-    let (mut forces, mut trial, mut of_trial) = (rest.clone(), rest.clone(), rest.clone());
-    let mut step = rest.clone();
-    model.forces(view(t, &q, &rest, &inputs), &mut forces);
+    let mut step = vec![0.0; n + tangent.rows];
     let mut iterations = 0;
     let not_solved = |by: &[f64]| {
         let largest = (0..n).fold(0, |best, i| if by[i].abs() > by[best].abs() { i } else { best });
@@ -74,12 +124,13 @@ pub(crate) fn equilibrium<M: FamilyModel>(
             let coordinate = coordinate_name::<M>(&ends, unknown);
             return Err(failed(FamilyErrorKind::AccelerationNotFinite { coordinate }));
         }
-        tangent.assemble(model, view(t, &q, &rest, &inputs), weights).map_err(failed)?;
+        tangent.assemble(model, at_rest.view(&q), weights, at_rest.rows()).map_err(failed)?;
         let size = merit(&forces, &tangent.diagonal);
         if size == 0.0 {
             break;
         }
-        step.copy_from_slice(&forces);
+        step[..n].copy_from_slice(&forces);
+        step[n..].fill(0.0);
         tangent.factor::<M>(&ends).map_err(failed)?;
         tangent.solve(&mut step);
         iterations += 1;
@@ -90,8 +141,8 @@ pub(crate) fn equilibrium<M: FamilyModel>(
         let mut halvings = 0;
         let shrinks = loop {
             trial.iter_mut().zip(q.iter().zip(&step)).for_each(|(new, (q, step))| *new = q + part * step);
-            model.forces(view(t, &trial, &rest, &inputs), &mut of_trial);
-            if merit(&of_trial, &tangent.diagonal) < size {
+            let evaluated = at_rest.forces(&mut trial, &mut of_trial);
+            if evaluated.is_ok() && merit(&of_trial, &tangent.diagonal) < size {
                 break true;
             }
             if halvings == MOST_HALVINGS {
@@ -100,9 +151,11 @@ pub(crate) fn equilibrium<M: FamilyModel>(
             halvings += 1;
             part *= 0.5;
         };
-        let (moved, scale) = (tangent.norm(&step), tangent.norm(&trial));
+        let (moved, scale) = (tangent.norm(&step[..n]), tangent.norm(&trial));
         if !shrinks {
             if moved <= ROUNDING * scale {
+                // Multipliers belong to the trial.
+                at_rest.forces(&mut q, &mut forces).map_err(failed)?;
                 break;
             }
             return Err(not_solved(&step));
@@ -113,10 +166,11 @@ pub(crate) fn equilibrium<M: FamilyModel>(
             break;
         }
     }
-    tangent.assemble(model, view(t, &q, &rest, &inputs), weights).map_err(failed)?;
+    tangent.assemble(model, at_rest.view(&q), weights, at_rest.rows()).map_err(failed)?;
     let inertia = tangent.inertia();
+    let (t, inputs) = (guess.t(), guess.inputs().to_vec());
     Ok(FamilyEquilibrium {
-        state: M::State::new(t, q, rest.clone(), inputs.clone(), ends.clone()),
+        state: M::State::new(t, q, vec![0.0; n], inputs, ends),
         unstable: inertia.map(|(negative, _)| negative),
         neutral: inertia.is_some_and(|(_, singular)| singular),
         iterations,

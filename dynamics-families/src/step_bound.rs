@@ -10,13 +10,16 @@
 //! y, the same holds; wᵢ = 1/√mᵢᵢ is tried as well. The bound is attained in the limit by uniform bars, of
 //! lumped masses (h = length of an element / c) and of consistent ones (that over √3). Where M is not
 //! dominant on its diagonal, the largest eigenvalue is enclosed by the signs of pivots of K − λ M.
+//!
+//! Constraints only lower the largest frequency (Courant), so that the bound holds with them, too; K then
+//! contains −∂(Jᵀλ)/∂q.
 
 use std::sync::Arc;
 
 use crate::failure::FamilyErrorKind;
 use crate::linalg::bordered::{Bordered, Factors, Kind};
 use crate::linalg::order::Layout;
-use crate::model::{FamilyModel, FamilyState, View};
+use crate::model::{Entries, FamilyModel, FamilyState, View};
 
 /// Relative width at which the enclosure by counts ends.
 const ENCLOSURE: f64 = 1e-6;
@@ -26,20 +29,27 @@ pub(crate) fn largest_frequency_squared<M: FamilyModel>(
     model: &M,
     at: View<'_>,
     ends: &[usize],
+    multipliers: &[f64],
 ) -> Result<f64, FamilyErrorKind> {
+    let all = |add: &mut Entries<'_>| {
+        model.stiffness(at, add);
+        if !multipliers.is_empty() {
+            model.row_stiffness(at, multipliers, add);
+        }
+    };
     let mut pattern = |visit: &mut dyn FnMut(usize, usize)| {
-        model.stiffness(at, &mut |i, j, _| visit(i, j));
+        all(&mut |i, j, _| visit(i, j));
         model.mass(&mut |i, j, _| visit(i, j));
     };
     let Ok(layout) = Layout::new(ends, &mut pattern) else {
-        return unassembled(model, at, ends);
+        return unassembled(model, &all, ends);
     };
     let layout = Arc::new(layout);
     let (mut mass, mut stiffness) = (Bordered::new(&layout), Bordered::new(&layout));
     model.mass(&mut |i, j, value| {
         mass.add(i, j, value);
     });
-    model.stiffness(at, &mut |i, j, value| {
+    all(&mut |i, j, value| {
         stiffness.add(i, j, value);
     });
     let n = layout.unknown.len();
@@ -119,14 +129,18 @@ fn by_counts(mass: &Bordered, stiffness: &Bordered, layout: &Arc<Layout>) -> Res
 }
 
 /// The bound by rows of a diagonal M where K is no banded matrix: sums of sizes of its entries as they come.
-fn unassembled<M: FamilyModel>(model: &M, at: View<'_>, ends: &[usize]) -> Result<f64, FamilyErrorKind> {
+fn unassembled<M: FamilyModel>(
+    model: &M,
+    stiffness: &dyn Fn(&mut Entries<'_>),
+    ends: &[usize],
+) -> Result<f64, FamilyErrorKind> {
     if !M::DIAGONAL {
         return Err(FamilyErrorKind::NotBanded { matrix: "mass matrix" });
     }
     let n = ends.last().copied().unwrap_or(0);
     let (mut masses, mut diagonal, mut sums) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     model.mass(&mut |i, _, value| masses[i] += value);
-    model.stiffness(at, &mut |i, j, value| {
+    stiffness(&mut |i, j, value| {
         if i == j { diagonal[i] += value } else { sums[i] += value.abs() }
     });
     let rows = masses.iter().zip(diagonal.iter().zip(&sums));
@@ -151,8 +165,9 @@ pub(crate) fn longest_step<M: FamilyModel>(
     state: &M::State,
     inputs: &[f64],
     ends: &[usize],
+    multipliers: &[f64],
 ) -> Result<f64, FamilyErrorKind> {
     let at = View { inputs, ..state.view() };
-    let square = largest_frequency_squared(model, at, ends)?;
+    let square = largest_frequency_squared(model, at, ends, multipliers)?;
     Ok(if square > 0.0 { 2.0 / square.sqrt() } else { f64::INFINITY })
 }

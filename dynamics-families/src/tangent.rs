@@ -1,8 +1,12 @@
 //! c_m M + c_d D + c_k K, assembled from the model's entries, and its solution: LDLᵀ where it is symmetric
 //! and positive definite, else LU with partial pivoting.
+//!
+//! With constraints K contains −∂(Jᵀλ)/∂q, and the matrix is bordered by J: [.. Jᵀ; J 0]. Unknowns are then
+//! the coordinates, and behind them −λ.
 
 use std::sync::Arc;
 
+use crate::constraints::Rows;
 use crate::failure::FamilyErrorKind;
 use crate::linalg::bordered::{Bordered, Factors, Kind};
 use crate::linalg::order::Layout;
@@ -14,11 +18,15 @@ pub(crate) struct Tangent {
     pub(crate) layout: Arc<Layout>,
     pub(crate) mass: Bordered,
     pub(crate) matrix: Bordered,
-    /// Entries of M on the diagonal, in the order of the model.
+    /// Entries of M on the diagonal, in the order of the model; 0 for rows of constraints.
     pub(crate) diagonal: Vec<f64>,
     ldl: Factors,
     lu: Option<Factors>,
     uses_lu: bool,
+    /// Rows of constraints.
+    pub(crate) rows: usize,
+    /// What entries of J are multiplied with, so that they are as large as those of the matrix.
+    row_scale: f64,
     memory: Vec<f64>,
     product: Vec<f64>,
 }
@@ -37,15 +45,22 @@ impl Tangent {
         model: &M,
         at: View<'_>,
         ends: &[usize],
+        rows: Option<&Rows>,
     ) -> Result<Self, FamilyErrorKind> {
+        let multipliers = rows.map_or(&[][..], |rows| &rows.multipliers);
         let mut pattern = |visit: &mut dyn FnMut(usize, usize)| {
             model.mass(&mut |i, j, _| visit(i, j));
             model.stiffness(at, &mut |i, j, _| visit(i, j));
+            model.row_stiffness(at, multipliers, &mut |i, j, _| visit(i, j));
             if M::VELOCITY_FORCES {
                 model.damping(at, &mut |i, j, _| visit(i, j));
             }
         };
-        let layout = Layout::new(ends, &mut pattern)
+        let layout = match rows {
+            None => Layout::new(ends, &mut pattern),
+            Some(rows) => Layout::with_rows(ends, &rows.ends, &mut pattern, &rows.pairs),
+        };
+        let layout = layout
             .map_err(|_| FamilyErrorKind::NotBanded { matrix: "tangent stiffness" })?;
         let layout = Arc::new(layout);
         let mut mass = Bordered::new(&layout);
@@ -60,6 +75,8 @@ impl Tangent {
             ldl: Factors::new(&layout, Kind::Symmetric),
             lu: None,
             uses_lu: false,
+            rows: rows.map_or(0, |rows| rows.multipliers.len()),
+            row_scale: 1.0,
             memory: vec![0.0; n],
             product: vec![0.0; n],
             layout,
@@ -74,6 +91,7 @@ impl Tangent {
         model: &M,
         at: View<'_>,
         weights: Coefficients,
+        rows: Option<&Rows>,
     ) -> Result<(), FamilyErrorKind> {
         self.matrix.clear();
         if weights.mass != 0.0 {
@@ -85,6 +103,20 @@ impl Tangent {
         if M::VELOCITY_FORCES && weights.damping != 0.0 {
             model.damping(at, &mut |i, j, value| fits &= matrix.add(i, j, weights.damping * value));
         }
+        if let Some(rows) = rows {
+            let n = self.layout.unknown.len() - self.rows;
+            model.row_stiffness(at, &rows.multipliers, &mut |i, j, value| {
+                fits &= matrix.add(i, j, weights.stiffness * value);
+            });
+            let mut largest = 0.0f64;
+            matrix.for_each_row(|_, entry, _| largest = largest.max(entry.abs()));
+            let entry = rows.entries().iter().fold(0.0f64, |most, entry| most.max(entry.abs()));
+            self.row_scale = if largest > 0.0 && entry > 0.0 { largest / entry } else { 1.0 };
+            for (&(row, unknown), entry) in rows.pairs.iter().zip(rows.entries()) {
+                let (row, unknown, entry) = (n + row as usize, unknown as usize, entry * self.row_scale);
+                fits &= matrix.add(row, unknown, entry) && matrix.add(unknown, row, entry);
+            }
+        }
         match fits {
             true => Ok(()),
             false => Err(FamilyErrorKind::NotBanded { matrix: "tangent stiffness" }),
@@ -93,28 +125,38 @@ impl Tangent {
 
     /// Factors the matrix in whatever way is possible.
     pub(crate) fn factor<M: FamilyModel>(&mut self, ends: &[usize]) -> Result<(), FamilyErrorKind> {
-        self.uses_lu = !self.matrix.is_symmetric() || self.ldl.factor(&self.matrix, Kind::Positive).is_err();
+        self.uses_lu = self.rows > 0
+            || !self.matrix.is_symmetric()
+            || self.ldl.factor(&self.matrix, Kind::Positive).is_err();
         if !self.uses_lu {
             return Ok(());
         }
         let layout = &self.layout;
         let lu = self.lu.get_or_insert_with(|| Factors::new(layout, Kind::General));
-        lu.factor(&self.matrix, Kind::General).map_err(|unknown| FamilyErrorKind::Singular {
+        let factored = lu.factor(&self.matrix, Kind::General);
+        factored.map_err(|unknown| FamilyErrorKind::Singular {
             matrix: "tangent stiffness",
-            coordinate: coordinate_name::<M>(ends, unknown),
+            coordinate: self.name_of::<M>(ends, unknown),
             remedy: "something moves without resistance there; hold it, or begin nearer to the solution",
         })
     }
 
-    /// Factors a symmetric matrix for its inertia: eigenvalues below zero, and whether one is zero.
+    /// The user's name of an unknown; of the last coordinate where it is a row.
+    fn name_of<M: FamilyModel>(&self, ends: &[usize], unknown: usize) -> String {
+        coordinate_name::<M>(ends, unknown.min(ends.last().map_or(0, |end| end.saturating_sub(1))))
+    }
+
+    /// Factors a symmetric matrix for its inertia: eigenvalues below zero, and whether one is zero. With
+    /// constraints those of motions that they permit: every independent row adds one below zero to the
+    /// matrix.
     pub(crate) fn inertia(&mut self) -> Option<(usize, bool)> {
         if !self.matrix.is_symmetric() {
             return None;
         }
         self.uses_lu = false;
         match self.ldl.factor(&self.matrix, Kind::Symmetric) {
-            Ok(()) => Some((self.ldl.negative, self.ldl.singular)),
-            Err(_) => Some((self.ldl.negative, true)),
+            Ok(()) => Some((self.ldl.negative.saturating_sub(self.rows), self.ldl.singular)),
+            Err(_) => Some((self.ldl.negative.saturating_sub(self.rows), true)),
         }
     }
 
@@ -165,7 +207,7 @@ impl NewtonStep {
     /// # Errors
     /// A tangent that is not banded.
     pub fn new<M: FamilyModel>(model: &M, at: View<'_>, ends: &[usize]) -> Result<Self, FamilyErrorKind> {
-        Ok(Self { tangent: Tangent::new(model, at, ends)?, ends: ends.to_vec() })
+        Ok(Self { tangent: Tangent::new(model, at, ends, None)?, ends: ends.to_vec() })
     }
 
     /// Assembles `mass` M + K at a state, factors it and replaces x by the solution.
@@ -180,7 +222,7 @@ impl NewtonStep {
         x: &mut [f64],
     ) -> Result<(), FamilyErrorKind> {
         let weights = Coefficients { mass, damping: 0.0, stiffness: 1.0 };
-        self.tangent.assemble(model, at, weights)?;
+        self.tangent.assemble(model, at, weights, None)?;
         self.tangent.factor::<M>(&self.ends)?;
         self.tangent.solve(x);
         Ok(())

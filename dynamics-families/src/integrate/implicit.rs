@@ -107,7 +107,7 @@ impl Implicit {
         let zeros = || vec![0.0; y.q.len()];
         Ok(Self {
             formula: Formula::new(method),
-            tangent: Tangent::new(model, at, ends)?,
+            tangent: Tangent::new(model, at, ends, None)?,
             ends: ends.to_vec(),
             factored: f64::NAN,
             a: None,
@@ -138,7 +138,7 @@ impl Implicit {
             Coefficients { mass: mass[1], damping: velocity[1] * h, stiffness: position[1] * h * h };
         let Point { t, q, u } = &self.stage;
         let at = View { t: *t, q, u, inputs: &equations.inputs };
-        self.tangent.assemble(equations.model, at, weights)?;
+        self.tangent.assemble(equations.model, at, weights, None)?;
         self.factored = h;
         self.tangent.factor::<M>(&self.ends)
     }

@@ -3,4 +3,5 @@
 #![allow(clippy::excessive_precision, reason = "reference values keep their digits")]
 
 mod bits;
+mod constraints;
 mod references;

@@ -237,6 +237,14 @@ fn builder(surface: &Surface) -> TokenStream {
             #vis fn build(self) -> #private::Result<#state, #private::families::FamilyStateError> {
                 self.given.build(self.model)
             }
+            /// The state as it was set, with positions and then velocities moved onto the constraints by the
+            /// changes that are smallest by √Σ mᵢ xᵢ².
+            ///
+            /// # Errors
+            /// As for `build`, and where no state on the constraints is found near this one.
+            #vis fn assemble(self) -> #private::Result<#state, #private::families::FamilyStateError> {
+                self.given.assemble(self.model)
+            }
         }
         #quiet
         impl #model {
