@@ -4,10 +4,10 @@
 //! its inertia, its stiffness. The graph holds an element's own symbols: `s[i]` and `s[i + 1]` are two
 //! coordinates of it, wherever i is. A back end prints loops over i.
 //!
-//! Flow: `model`, `slopes` ← `rows`, `index_free` ← `derive` ← `shift` ← `text`; `derive` ← `verify`.
-//! `verify` compares the elements, put
-//! together, with the same model unrolled at small counts, which went through the whole pipeline of ordinary
-//! models.
+//! Flow: `model`, `slopes` ← `rows`, `index_free`, `springs` ← `derive` ← `shift` ← `text`; `derive` ←
+//! `verify`.
+//! `verify` compares the elements, put together, with the same model unrolled at small counts, which went
+//! through the whole pipeline of ordinary models.
 
 mod derive;
 mod index_free;
@@ -15,6 +15,7 @@ mod model;
 mod rows;
 mod shift;
 mod slopes;
+mod springs;
 mod text;
 mod verify;
 

@@ -10,6 +10,7 @@ use super::index_free::drop_index;
 use super::model::{FamilyModel, NodeIndex, Range, TermKind};
 use super::rows::{self, RowElement};
 use super::slopes::{entries, slopes};
+use super::springs;
 
 /// What one round adds to the equations of motion; nodes of the model's graph, coordinates by their numbers
 /// among the locals.
@@ -87,6 +88,7 @@ pub fn derive(model: &mut FamilyModel) -> Result<Derived, Vec<NoElement>> {
         }
         let n = model.locals.len();
         let g = &mut model.model.graph;
+        springs::shorten(g, &mut element.forces);
         element.stiffness = slopes(g, &element.forces, Symbol::Coordinate, n);
         element.damping = slopes(g, &element.forces, Symbol::Rate, n);
         elements.push(element);
