@@ -4,5 +4,6 @@
 pub(crate) mod banded;
 pub(crate) mod bordered;
 pub(crate) mod dense;
+mod narrow;
 pub(crate) mod order;
 pub(crate) mod tridiagonal;

@@ -17,6 +17,9 @@ use crate::model::{FamilyModel, SizeError};
 /// Rounds of a block: elements reach beyond its nodes, by at most 16 on either side.
 pub const ROUNDS: usize = BLOCK + 32;
 
+/// Rounds whose entries of a matrix are made together: an element has many.
+pub const MATRIX_BLOCK: usize = 64;
+
 /// 0, 1, 2, …: numbers of rounds within a block. Reading them is quicker than to convert them.
 pub static NUMBERS: [f64; ROUNDS] = {
     let (mut numbers, mut i) = ([0.0; ROUNDS], 0);

@@ -150,6 +150,10 @@ impl EnergyParts {
 /// Where entries of a matrix go, as (row, column, value). Entries of one place are added.
 pub type Entries<'a> = dyn FnMut(usize, usize, f64) + 'a;
 
+/// Where entries of a matrix along a diagonal go, as (row, column, values): value k belongs to row + k and
+/// column + k. Entries of one place are added.
+pub type Runs<'a> = dyn FnMut(usize, usize, &[f64]) + 'a;
+
 /// Where pairs of a row and a coordinate go.
 pub type Pairs<'a> = dyn FnMut(usize, usize) + 'a;
 
@@ -247,6 +251,10 @@ pub trait FamilyModel: Described + Sized + Sync + 'static {
     fn mass(&self, add: &mut Entries<'_>);
     /// The entries of −∂Q/∂q at a state.
     fn stiffness(&self, at: View<'_>, add: &mut Entries<'_>);
+    /// The same along diagonals, many at a time: what steps of implicit methods ask for.
+    fn stiffness_runs(&self, at: View<'_>, add: &mut Runs<'_>) {
+        self.stiffness(at, &mut |row, column, value| add(row, column, &[value]));
+    }
     /// The entries of −∂Q/∂u at a state; none without velocity forces.
     fn damping(&self, at: View<'_>, add: &mut Entries<'_>);
     /// Time jets at a state with these accelerations: what outputs and drawings are called with. Allocates.

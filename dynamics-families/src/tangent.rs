@@ -99,7 +99,7 @@ impl Tangent {
         }
         let mut fits = true;
         let matrix = &mut self.matrix;
-        model.stiffness(at, &mut |i, j, value| fits &= matrix.add(i, j, weights.stiffness * value));
+        model.stiffness_runs(at, &mut |i, j, values| fits &= matrix.add_run(i, j, values, weights.stiffness));
         if M::VELOCITY_FORCES && weights.damping != 0.0 {
             model.damping(at, &mut |i, j, value| fits &= matrix.add(i, j, weights.damping * value));
         }

@@ -58,6 +58,33 @@ impl Bordered {
         true
     }
 
+    /// Adds multiples along a diagonal: value k to row + k and column + k.
+    pub(crate) fn add_run(&mut self, row: usize, column: usize, values: &[f64], factor: f64) -> bool {
+        let place = &self.layout.place;
+        let [rows, columns] = [row, column].map(|from| &place[from..from + values.len()]);
+        let stride = match rows {
+            [first, second, ..] if second > first => second - first,
+            _ => 1,
+        };
+        // Places that are evenly apart, all in the band: true of runs that do not reach an end.
+        let even = |places: &[usize]| {
+            let begin = places.first().copied().unwrap_or(0);
+            let mut odd = false;
+            for (k, place) in places.iter().enumerate() {
+                odd |= *place != begin + k * stride;
+            }
+            !odd && places.last().is_none_or(|last| *last < self.core.n)
+        };
+        if even(rows) && even(columns) && !values.is_empty() {
+            return self.core.add_run([rows[0], columns[0]], stride, values, factor);
+        }
+        let mut fits = true;
+        for (k, value) in values.iter().enumerate() {
+            fits &= self.add(row + k, column + k, factor * value);
+        }
+        fits
+    }
+
     /// Adds a multiple of a matrix of the same layout.
     pub(crate) fn add_multiple(&mut self, factor: f64, other: &Self) {
         self.core.add_multiple(factor, &other.core);

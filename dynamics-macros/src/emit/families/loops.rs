@@ -25,7 +25,7 @@ use crate::compile::CompiledFamilies;
 pub(super) struct Loops<'a> {
     pub(super) surface: &'a Surface,
     pub(super) family: &'a FamilyModel,
-    elements: &'a [Element],
+    pub(super) elements: &'a [Element],
     pub(super) rows: &'a [RowElement],
     interior: &'a [Option<NodeId>],
 }
@@ -207,7 +207,7 @@ impl<'a> Loops<'a> {
     /// The loop over `__m` rounds of a block that writes `roots` to slices of these names, with what stands
     /// before it. Sines, cosines and reciprocal roots come without branches, so that it vectorises; where an
     /// argument is out of their range, the block is made anew.
-    fn block(&self, roots: &[NodeId], rooms: &[proc_macro2::Ident]) -> (TokenStream, TokenStream) {
+    pub(super) fn block(&self, roots: &[NodeId], rooms: &[proc_macro2::Ident]) -> (TokenStream, TokenStream) {
         let (before, names) = self.reading(roots, Reading::Slices);
         let graph = &self.family.model.graph;
         let program = schedule(graph, "element", roots, Staging::Inline);

@@ -39,7 +39,7 @@ pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> T
         .enumerate()
         .map(|(k, (name, ..))| quote!(#k => #families::output_values(&self.#name(__q)),));
     let loops = Loops::new(surface, compiled);
-    let (forces, energies) = (loops.forces(), loops.energies());
+    let (forces, energies, runs) = (loops.forces(), loops.energies(), loops.stiffness());
     let (row_pass, of_constraints) = (loops.row_pass(), loops.of_constraints());
     let matrix = |of| loops.entries(of);
     let (mass, stiffness, damping) = (
@@ -70,6 +70,7 @@ pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> T
             use #private::{f64, isize, usize};
             #forces
             #energies
+            #runs
             #row_pass
             impl #families::FamilyModel for #model {
                 type State = #state;
@@ -133,6 +134,11 @@ pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> T
                 fn stiffness(&self, __at: #families::View<'_>, __add: &mut #families::Entries<'_>) {
                     let (__model, __t, __q, __u, __w) = (self, __at.t, __at.q, __at.u, __at.inputs);
                     #stiffness
+                }
+                fn stiffness_runs(&self, __at: #families::View<'_>, __add: &mut #families::Runs<'_>) {
+                    __loops::in_wide_vectors(__Stiffness {
+                        model: self, t: __at.t, q: __at.q, u: __at.u, w: __at.inputs, add: __add,
+                    });
                 }
                 fn damping(&self, __at: #families::View<'_>, __add: &mut #families::Entries<'_>) {
                     let (__model, __t, __q, __u, __w) = (self, __at.t, __at.q, __at.u, __at.inputs);

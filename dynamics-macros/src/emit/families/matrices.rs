@@ -1,0 +1,84 @@
+//! The entries of the tangent stiffness, block by block of rounds.
+//!
+//! Every entry of an element that has a value of its own has a buffer for the rounds of a block, so that the
+//! loop vectorises. What an entry of an element adds to the matrix, round by round, lies along a diagonal, and
+//! is handed over in one piece.
+
+use dynamics_symbolic::families::NodeIndex;
+use dynamics_symbolic::graph::NodeId;
+use proc_macro2::TokenStream;
+use quote::quote;
+
+use super::super::function;
+use super::loops::{Loops, Reading};
+
+impl Loops<'_> {
+    /// `__Stiffness`, a pass that hands over the entries of −∂Q/∂q.
+    pub(super) fn stiffness(&self) -> TokenStream {
+        let (model, private) = (&self.surface.target, self.surface.private());
+        let f64 = quote!(#private::f64);
+        let (sizes, mut body) = (self.sizes(), TokenStream::new());
+        for element in self.elements.iter().filter(|element| !element.stiffness.is_empty()) {
+            let mut distinct: Vec<NodeId> = element.stiffness.iter().map(|(.., node)| *node).collect();
+            distinct.sort_unstable();
+            distinct.dedup();
+            let Some(range) = element.range else {
+                let (before, statements, values) = self.round(&distinct, Reading::Index);
+                let added = element.stiffness.iter().map(|(a, b, node)| {
+                    let [row, column] = [a, b].map(|a| self.place(self.family.locals[*a]));
+                    let value = &values[distinct.iter().position(|known| known == node).unwrap_or(0)];
+                    quote!(__add(#row, #column, &[#value]);)
+                });
+                body.extend(quote!({ #before #statements #(#added)* }));
+                continue;
+            };
+            let rooms: Vec<_> = (0..distinct.len()).map(|k| function(&format!("__g{k}"))).collect();
+            let (before, block) = self.block(&distinct, &rooms);
+            let (start, end) = (self.anchor(range.start), self.anchor(range.end));
+            let added = element.stiffness.iter().map(|(a, b, node)| {
+                let locals = [a, b].map(|a| self.family.locals[*a]);
+                let [row, column] = locals.map(|local| self.place(local));
+                let room = &rooms[distinct.iter().position(|known| known == node).unwrap_or(0)];
+                match locals.iter().all(|local| matches!(local.index, NodeIndex::Round(_))) {
+                    true => quote!({ let __i = __lo; __add(#row, #column, &#room[..__m]); }),
+                    false => quote! {
+                        for __j in 0..__m {
+                            let __i = __lo + __j as isize;
+                            __add(#row, #column, &#room[__j..=__j]);
+                        }
+                    },
+                }
+            });
+            body.extend(quote! {
+                let (mut __lo, __hi) = (#start, #end);
+                #(let mut #rooms = [0.0; __loops::MATRIX_BLOCK];)*
+                while __lo < __hi {
+                    let __m = ((__hi - __lo) as usize).min(__loops::MATRIX_BLOCK);
+                    #before
+                    {
+                        #(let #rooms = &mut #rooms[..__m];)*
+                        #block
+                    }
+                    #(#added)*
+                    __lo += __m as isize;
+                }
+            });
+        }
+        let families = quote!(#private::families);
+        quote! {
+            struct __Stiffness<'a, 'b> {
+                model: &'a #model, t: #f64, q: &'a [#f64], u: &'a [#f64], w: &'a [#f64],
+                add: &'a mut #families::Runs<'b>,
+            }
+            impl __loops::Pass for __Stiffness<'_, '_> {
+                type Output = ();
+                #[inline(always)]
+                fn run(self) {
+                    let Self { model: __model, t: __t, q: __q, u: __u, w: __w, add: __add } = self;
+                    #sizes
+                    #body
+                }
+            }
+        }
+    }
+}
