@@ -198,6 +198,8 @@ pub trait FamilyModel: Described + Sized + Sync + 'static {
     const VELOCITY_FORCES: bool;
     /// Whether M is diagonal.
     const DIAGONAL: bool;
+    /// Whether M, ∂Q/∂q and ∂Q/∂u are symmetric at every state; where that is not known they are looked at.
+    const SYMMETRIC: bool = false;
     /// Operations of the accelerations per node, all fields together.
     const OPERATIONS: usize;
     /// Degrees of freedom, structure, cost.

@@ -93,9 +93,13 @@ impl Tangent {
         weights: Coefficients,
         rows: Option<&Rows>,
     ) -> Result<(), FamilyErrorKind> {
-        self.matrix.clear();
-        if weights.mass != 0.0 {
-            self.matrix.add_multiple(weights.mass, &self.mass);
+        if M::DIAGONAL && self.rows == 0 {
+            self.matrix.set_diagonal(&self.diagonal, weights.mass);
+        } else {
+            self.matrix.clear();
+            if weights.mass != 0.0 {
+                self.matrix.add_multiple(weights.mass, &self.mass);
+            }
         }
         let mut fits = true;
         let matrix = &mut self.matrix;
@@ -126,7 +130,7 @@ impl Tangent {
     /// Factors the matrix in whatever way is possible.
     pub(crate) fn factor<M: FamilyModel>(&mut self, ends: &[usize]) -> Result<(), FamilyErrorKind> {
         self.uses_lu = self.rows > 0
-            || !self.matrix.is_symmetric()
+            || !(M::SYMMETRIC || self.matrix.is_symmetric())
             || self.ldl.factor(&self.matrix, Kind::Positive).is_err();
         if !self.uses_lu {
             return Ok(());

@@ -34,6 +34,14 @@ impl Banded {
         true
     }
 
+    /// Becomes a diagonal matrix.
+    pub(crate) fn set_diagonal(&mut self, entries: impl Iterator<Item = f64>) {
+        for (row, entry) in self.data.chunks_exact_mut(2 * self.half + 1).zip(entries) {
+            row.fill(0.0);
+            row[self.half] = entry;
+        }
+    }
+
     /// Adds multiples to entries of which each is `stride` rows and columns after the one before; false where
     /// they lie outside the band.
     pub(crate) fn add_run(

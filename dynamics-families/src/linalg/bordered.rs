@@ -58,25 +58,22 @@ impl Bordered {
         true
     }
 
+    /// Becomes a multiple of a diagonal matrix, whose entries are in the order of the model: in one pass.
+    pub(crate) fn set_diagonal(&mut self, entries: &[f64], factor: f64) {
+        let (core, border) = self.layout.unknown.split_at(self.core.n);
+        self.core.set_diagonal(core.iter().map(|&unknown| factor * entries[unknown]));
+        [&mut self.right, &mut self.below, &mut self.corner].into_iter().for_each(|x| x.fill(0.0));
+        for (k, &unknown) in border.iter().enumerate() {
+            self.corner[k * border.len() + k] = factor * entries[unknown];
+        }
+    }
+
     /// Adds multiples along a diagonal: value k to row + k and column + k.
     pub(crate) fn add_run(&mut self, row: usize, column: usize, values: &[f64], factor: f64) -> bool {
-        let place = &self.layout.place;
-        let [rows, columns] = [row, column].map(|from| &place[from..from + values.len()]);
-        let stride = match rows {
-            [first, second, ..] if second > first => second - first,
-            _ => 1,
-        };
-        // Places that are evenly apart, all in the band: true of runs that do not reach an end.
-        let even = |places: &[usize]| {
-            let begin = places.first().copied().unwrap_or(0);
-            let mut odd = false;
-            for (k, place) in places.iter().enumerate() {
-                odd |= *place != begin + k * stride;
-            }
-            !odd && places.last().is_none_or(|last| *last < self.core.n)
-        };
-        if even(rows) && even(columns) && !values.is_empty() {
-            return self.core.add_run([rows[0], columns[0]], stride, values, factor);
+        let [rows, columns] = [row, column].map(|first| self.layout.stride(first, values.len()));
+        if let (Some(stride), true) = (rows, rows == columns) {
+            let places = [row, column].map(|unknown| self.layout.place[unknown]);
+            return self.core.add_run(places, stride, values, factor);
         }
         let mut fits = true;
         for (k, value) in values.iter().enumerate() {

@@ -38,8 +38,10 @@ impl<const B: usize> Window<B> {
     /// Takes a row with the inverse of its pivot.
     #[inline(always)]
     pub(super) fn push(&mut self, lower: [f64; B], inverse: f64) {
-        self.rows.rotate_left(1);
-        self.inverse.rotate_left(1);
+        // Moves from register to register; `rotate_left` is a call.
+        for k in 1..B {
+            (self.rows[k - 1], self.inverse[k - 1]) = (self.rows[k], self.inverse[k]);
+        }
         (self.rows[B - 1], self.inverse[B - 1]) = (lower, inverse);
     }
 }
@@ -53,7 +55,9 @@ pub(super) fn solve<const B: usize>(lower: &[f64], inverse: &[f64], x: &mut [f64
         for (l, before) in row.iter().zip(&before) {
             value -= l * before;
         }
-        before.rotate_left(1);
+        for k in 1..B {
+            before[k - 1] = before[k];
+        }
         before[B - 1] = value;
         *x = value;
     }
@@ -65,7 +69,9 @@ pub(super) fn solve<const B: usize>(lower: &[f64], inverse: &[f64], x: &mut [f64
             let (z, row) = &behind[k];
             value -= row[B - 1 - k] * z;
         }
-        behind.rotate_right(1);
+        for k in (1..B).rev() {
+            behind[k] = behind[k - 1];
+        }
         behind[0] = (value, *row);
         *x = value;
     }
@@ -90,7 +96,7 @@ pub(super) fn way(lower: &[f64]) -> Option<usize> {
 /// rounding; the bits depend on the matrix alone. Short ones in one piece.
 pub(super) fn solve_tridiagonal(lower: &[f64], inverse: &[f64], x: &mut [f64], way: Option<usize>) {
     let length = x.len() / STRETCHES;
-    let Some(way) = way.filter(|way| length > 4 * way) else {
+    let Some(way) = way.filter(|way| length > 2 * way) else {
         forward(lower, x, 0.0);
         backward(lower, inverse, x, [0.0; 2]);
         return;

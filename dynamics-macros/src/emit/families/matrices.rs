@@ -13,6 +13,19 @@ use super::super::function;
 use super::loops::{Loops, Reading};
 
 impl Loops<'_> {
+    /// Whether the matrices of all elements are symmetric.
+    pub(super) fn is_symmetric(&self) -> bool {
+        let graph = &self.family.model.graph;
+        let both = |entries: &[(usize, usize, NodeId)]| {
+            entries.iter().all(|(a, b, node)| {
+                let mirrored = entries.iter().find(|(c, d, _)| (c, d) == (b, a));
+                mirrored.is_some_and(|(.., other)| graph.fingerprint(*node) == graph.fingerprint(*other))
+            })
+        };
+        let elements = &mut self.elements.iter();
+        elements.all(|element| both(&element.mass) && both(&element.stiffness) && both(&element.damping))
+    }
+
     /// `__Stiffness`, a pass that hands over the entries of −∂Q/∂q.
     pub(super) fn stiffness(&self) -> TokenStream {
         let (model, private) = (&self.surface.target, self.surface.private());

@@ -51,6 +51,7 @@ pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> T
     let derived = &compiled.derived;
     let (conservative, velocity_forces, diagonal) =
         (derived.conservative, derived.velocity_forces, derived.diagonal);
+    let symmetric = loops.is_symmetric();
     let operations = dynamics_symbolic::families::operations(family, derived);
     let (report, equations) = (&compiled.report, &compiled.equations);
     let name = surface.coordinates_type();
@@ -80,6 +81,7 @@ pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> T
                 const CONSERVATIVE: #private::bool = #conservative;
                 const VELOCITY_FORCES: #private::bool = #velocity_forces;
                 const DIAGONAL: #private::bool = #diagonal;
+                const SYMMETRIC: #private::bool = #symmetric;
                 const OPERATIONS: #usize = #operations;
                 const REPORT: &'static #str = #report;
                 const EQUATIONS: &'static #str = #equations;
