@@ -4,7 +4,7 @@
 use allocation_counter::measure;
 use dynamics::families::loops::DriftAndKick;
 use dynamics::families::methods;
-use dynamics::families::model::View;
+use dynamics::families::model::{FamilyModel, View};
 use dynamics::lanes::limit_vectors;
 use dynamics::prelude::*;
 
