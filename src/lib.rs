@@ -173,8 +173,8 @@ pub mod __private {
         pub use core::iter::IntoIterator;
         pub use dynamics_families::loops::{self, output_values};
         pub use dynamics_families::model::{
-            EnergyParts, Entries, FamilyModel, FamilyState, Field, Length, Multipliers, OutputDeclaration, Pairs,
-            RowField, RowValues, Runs, SizeError, View,
+            EnergyParts, Entries, FamilyModel, FamilyState, Field, Length, Multipliers, OutputDeclaration,
+            Pairs, Places, RowField, RowValues, Runs, SizeError, Sizes, View,
         };
         pub use dynamics_families::reaction::FamilyReaction;
         pub use dynamics_families::state::{FamilyStateError, GivenState, Values};

@@ -10,7 +10,7 @@ mod schur;
 use crate::failure::FamilyErrorKind;
 use crate::linalg::order::NotBanded;
 use crate::mass::Mass;
-use crate::model::{FamilyModel, FamilyState, RowValues, View};
+use crate::model::{FamilyModel, FamilyState, RowValues, Sizes, View};
 use runs::Jacobian;
 use saddle::Saddle;
 use schur::Schur;
@@ -19,8 +19,8 @@ use schur::Schur;
 const MOST_CORRECTIONS: u32 = 20;
 /// Corrections to this part of the size of the coordinates are rounding.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
-/// Corrections below this part that no longer shrink are rounding, too.
-const NEAR_ROUNDING: f64 = 1e-11;
+/// Corrections below this part are the last ones.
+const SMALL: f64 = 1e-11;
 
 /// The rows of a run.
 #[derive(Debug)]
@@ -32,7 +32,8 @@ pub(crate) struct Rows {
     jacobian: Jacobian,
     solver: Solver,
     values: Values,
-    /// 1/mᵢᵢ, which measures corrections.
+    /// mᵢᵢ, which measure corrections, and 1/mᵢᵢ.
+    masses: Vec<f64>,
     inverse: Vec<f64>,
     /// λ of the last evaluation.
     pub(crate) multipliers: Vec<f64>,
@@ -79,6 +80,15 @@ struct Values {
     entries: Vec<f64>,
 }
 
+/// What is wanted of the rows beside J.
+#[derive(Clone, Copy, Debug)]
+enum Wanted {
+    /// γ.
+    Accelerations,
+    /// Φ and Φ̇.
+    Residuals,
+}
+
 #[derive(Debug)]
 enum Solver {
     Schur(Schur),
@@ -90,13 +100,13 @@ impl Rows {
     pub(crate) fn of_model<M: FamilyModel>(
         model: &M,
         mass: &Mass,
-        ends: &[usize],
+        ends: &Sizes,
     ) -> Result<Option<Self>, FamilyErrorKind> {
         Self::new(model, mass, ends)
             .map_err(|_| FamilyErrorKind::NotBanded { matrix: "system of the constraints" })
     }
 
-    fn new<M: FamilyModel>(model: &M, mass: &Mass, ends: &[usize]) -> Result<Option<Self>, NotBanded> {
+    fn new<M: FamilyModel>(model: &M, mass: &Mass, ends: &Sizes) -> Result<Option<Self>, NotBanded> {
         let row_ends = model.row_ends();
         let rows = row_ends.last().copied().unwrap_or(0);
         if rows == 0 {
@@ -106,13 +116,13 @@ impl Rows {
         let mut pairs: Vec<(u32, u32)> = Vec::new();
         // A model has fewer than 2³² coordinates: their states would fill 32 GiB.
         model.row_pattern(&mut |row, unknown| pairs.push((row as u32, unknown as u32)));
-        let mut inverse = vec![0.0; n];
+        let mut masses = vec![0.0; n];
         model.mass(&mut |i, j, value| {
             if i == j {
-                inverse[i] += value;
+                masses[i] += value;
             }
         });
-        inverse.iter_mut().for_each(|mass| *mass = 1.0 / *mass);
+        let inverse = masses.iter().map(|mass| 1.0 / mass).collect();
         let schur = match mass {
             Mass::Diagonal(_) => Schur::new(&pairs, n, &row_ends),
             Mass::Banded(_) => None,
@@ -133,7 +143,17 @@ impl Rows {
             entries: vec![0.0; count],
         };
         let (multipliers, change) = (vec![0.0; rows], vec![0.0; n]);
-        Ok(Some(Self { ends: row_ends, pairs, jacobian, solver, values, inverse, multipliers, change }))
+        Ok(Some(Self {
+            ends: row_ends,
+            pairs,
+            jacobian,
+            solver,
+            values,
+            masses,
+            inverse,
+            multipliers,
+            change,
+        }))
     }
 
     /// Entries of J of the last evaluation.
@@ -141,12 +161,19 @@ impl Rows {
         &self.values.entries
     }
 
-    /// Evaluates the rows, and factors the system of their multipliers.
-    fn evaluate<M: FamilyModel>(&mut self, model: &M, at: View<'_>) -> Result<(), FamilyErrorKind> {
+    /// Evaluates J and what else is wanted of the rows, and prepares the system of their multipliers.
+    fn evaluate<M: FamilyModel>(
+        &mut self,
+        model: &M,
+        at: View<'_>,
+        wanted: Wanted,
+    ) -> Result<(), FamilyErrorKind> {
         let Values { residual, velocity_residual, gamma, entries } = &mut self.values;
-        for sums in [&mut *residual, &mut *velocity_residual, &mut *gamma] {
-            sums.fill(0.0);
-        }
+        let none = || &mut [][..];
+        let (residual, velocity_residual, gamma) = match wanted {
+            Wanted::Accelerations => (none(), none(), &mut gamma[..]),
+            Wanted::Residuals => (&mut residual[..], &mut velocity_residual[..], none()),
+        };
         model.rows(at, RowValues { residual, velocity_residual, gamma, jacobian: entries });
         let factored = match &mut self.solver {
             Solver::Schur(schur) => schur.factor(&self.values.entries, &self.inverse),
@@ -154,10 +181,16 @@ impl Rows {
                 saddle.factor(&self.values.entries).map_err(|place| place.saturating_sub(self.change.len()))
             }
         };
-        factored.map_err(|row| match self.values.entries.iter().all(|entry| entry.is_finite()) {
-            true => FamilyErrorKind::DependentRows { row: row_name::<M>(&self.ends, row) },
-            false => FamilyErrorKind::RowNotFinite { row: row_name::<M>(&self.ends, row) },
-        })
+        factored.map_err(|row| self.not_solved::<M>(row))
+    }
+
+    /// Why the system of the multipliers has no solution at a row.
+    fn not_solved<M: FamilyModel>(&self, row: usize) -> FamilyErrorKind {
+        let row = row_name::<M>(&self.ends, row);
+        match self.values.entries.iter().all(|entry| entry.is_finite()) {
+            true => FamilyErrorKind::DependentRows { row },
+            false => FamilyErrorKind::RowNotFinite { row },
+        }
     }
 
     /// q̈ at a state, from the model's forces; `multipliers` are λ then.
@@ -179,11 +212,10 @@ impl Rows {
         at: View<'_>,
         a: &mut [f64],
     ) -> Result<(), FamilyErrorKind> {
-        self.evaluate(model, at)?;
+        self.evaluate(model, at, Wanted::Accelerations)?;
         self.multipliers.copy_from_slice(&self.values.gamma);
         self.jacobian.multiply_add(&self.values.entries, a, -1.0, &mut self.multipliers);
-        self.add_correction(a);
-        Ok(())
+        self.add_correction::<M>(a)
     }
 
     /// Adds Jᵀλ of the last solution.
@@ -193,10 +225,10 @@ impl Rows {
     }
 
     /// Adds the smallest change whose product with J is in `multipliers`, which become μ.
-    fn add_correction(&mut self, to: &mut [f64]) {
+    fn add_correction<M: FamilyModel>(&mut self, to: &mut [f64]) -> Result<(), FamilyErrorKind> {
         match &mut self.solver {
             Solver::Schur(schur) => {
-                schur.solve(&mut self.multipliers);
+                schur.solve(&mut self.multipliers).map_err(|row| self.not_solved::<M>(row))?;
                 self.jacobian.multiply_transposed_add(
                     &self.values.entries,
                     &self.multipliers,
@@ -209,6 +241,7 @@ impl Rows {
                 to.iter_mut().zip(&self.change).for_each(|(to, change)| *to += change);
             }
         }
+        Ok(())
     }
 
     /// Moves positions, then velocities, onto the constraints. Returns how far they were off.
@@ -224,21 +257,27 @@ impl Rows {
         inputs: &[f64],
     ) -> Result<Projection, FamilyErrorKind> {
         let (mut off, mut row) = (None, 0);
-        let mut before = f64::INFINITY;
+        let mut stays = false;
         let mut corrections = 0;
         if M::ROWS.iter().any(|field| field.holonomic) {
             loop {
-                self.evaluate(model, View { t, q, u, inputs })?;
+                self.evaluate(model, View { t, q, u, inputs }, Wanted::Residuals)?;
                 // Nonholonomic rows have no Φ: a change of positions along them is none of theirs.
                 self.multipliers.iter_mut().zip(&self.values.residual).for_each(|(to, r)| *to = -r);
                 let scale = self.size(q);
-                self.change_by_correction(q);
+                self.change_by_correction::<M>(q)?;
                 let moved = self.size(&self.change);
                 let part = if moved == 0.0 { 0.0 } else { moved / (scale + moved) };
                 if off.is_none() {
-                    (off, row) = (Some(part), largest(&self.values.residual));
+                    off = Some(part);
+                    // Named where it is too much.
+                    if part > SMALL {
+                        row = largest(&self.values.residual);
+                    }
                 }
-                if part <= ROUNDING || (part <= NEAR_ROUNDING && part >= 0.5 * before) {
+                stays = part <= ROUNDING;
+                // What is left is the square of the correction.
+                if part <= SMALL {
                     break;
                 }
                 corrections += 1;
@@ -246,23 +285,25 @@ impl Rows {
                     let row = largest(&self.values.residual);
                     return Err(FamilyErrorKind::NotProjected { row: row_name::<M>(&self.ends, row) });
                 }
-                before = part;
             }
         }
-        self.evaluate(model, View { t, q, u, inputs })?;
+        if !stays {
+            self.evaluate(model, View { t, q, u, inputs }, Wanted::Residuals)?;
+        }
         self.multipliers.iter_mut().zip(&self.values.velocity_residual).for_each(|(to, r)| *to = -r);
-        let (speed, rate_row) = (self.size(u), largest(&self.values.velocity_residual));
-        self.change_by_correction(u);
+        let speed = self.size(u);
+        self.change_by_correction::<M>(u)?;
         let moved = self.size(&self.change);
         let rate_off = if moved == 0.0 { 0.0 } else { moved / (speed + moved) };
+        let rate_row = if rate_off > SMALL { largest(&self.values.velocity_residual) } else { 0 };
         Ok(Projection { off: off.unwrap_or(0.0), row, rate_off, rate_row })
     }
 
     /// Adds the correction, and keeps it.
-    fn change_by_correction(&mut self, to: &mut [f64]) {
+    fn change_by_correction<M: FamilyModel>(&mut self, to: &mut [f64]) -> Result<(), FamilyErrorKind> {
         match &mut self.solver {
             Solver::Schur(schur) => {
-                schur.solve(&mut self.multipliers);
+                schur.solve(&mut self.multipliers).map_err(|row| self.not_solved::<M>(row))?;
                 self.change.fill(0.0);
                 self.jacobian.multiply_transposed_add(
                     &self.values.entries,
@@ -274,11 +315,13 @@ impl Rows {
             Solver::Saddle(saddle) => saddle.solve(&mut self.multipliers, &mut self.change),
         }
         to.iter_mut().zip(&self.change).for_each(|(to, change)| *to += change);
+        Ok(())
     }
 
     /// √Σ mᵢ xᵢ².
     fn size(&self, x: &[f64]) -> f64 {
-        crate::generated::sum(0..x.len(), |i| x[i] * x[i] / self.inverse[i]).sqrt()
+        let masses = &self.masses[..x.len()];
+        crate::generated::sum(0..x.len(), |i| masses[i] * x[i] * x[i]).sqrt()
     }
 
     /// The largest entry of J q̈ − γ after an evaluation of q̈, in parts of the largest sum of the sizes of
@@ -309,7 +352,7 @@ impl Rows {
             Solver::Schur(schur) => schur.bytes(),
             Solver::Saddle(saddle) => saddle.bytes(),
         };
-        solver + 8 * (4 * self.multipliers.len() + self.values.entries.len() + 2 * self.change.len())
+        solver + 8 * (4 * self.multipliers.len() + self.values.entries.len() + 3 * self.change.len())
     }
 }
 
@@ -318,9 +361,8 @@ pub(crate) fn place_on_constraints<M: FamilyModel>(
     model: &M,
     state: &mut M::State,
 ) -> Result<(), FamilyErrorKind> {
-    let ends = state.ends().to_vec();
-    let mass =
-        Mass::new(model, &ends).map_err(|problem| FamilyErrorKind::of_mass::<M>(problem, &ends))?;
+    let ends = state.ends().clone();
+    let mass = Mass::new(model, &ends).map_err(|problem| FamilyErrorKind::of_mass::<M>(problem, &ends))?;
     let Some(mut rows) = Rows::of_model(model, &mass, &ends)? else { return Ok(()) };
     let (t, q, u, inputs) = state.parts_mut();
     let inputs: Vec<f64> = inputs.iter().map(|input| if input.is_nan() { 0.0 } else { *input }).collect();
@@ -332,13 +374,12 @@ pub(crate) fn place_on_constraints<M: FamilyModel>(
 pub(crate) fn rows_at<M: FamilyModel>(
     model: &M,
     state: &M::State,
-    ends: &[usize],
+    ends: &Sizes,
 ) -> Result<Option<Rows>, FamilyErrorKind> {
     if M::ROWS.is_empty() {
         return Ok(None);
     }
-    let mass =
-        Mass::new(model, ends).map_err(|problem| FamilyErrorKind::of_mass::<M>(problem, ends))?;
+    let mass = Mass::new(model, ends).map_err(|problem| FamilyErrorKind::of_mass::<M>(problem, ends))?;
     let mut rows = Rows::of_model(model, &mass, ends)?;
     if let Some(rows) = &mut rows {
         let u = vec![0.0; state.q().len()];

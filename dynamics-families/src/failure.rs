@@ -8,7 +8,7 @@ use dynamics_runtime::wording::{Grouped, Readable};
 
 use crate::mass::{MassProblem, coordinate_name};
 use crate::methods::FamilyMethod;
-use crate::model::{FamilyModel, FamilyState, SizeError};
+use crate::model::{FamilyModel, FamilyState, SizeError, Sizes};
 
 /// The kinds of failure, with the values needed to act.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -65,7 +65,7 @@ pub enum FamilyErrorKind {
     /// A matrix couples too many distant unknowns.
     #[error(
         "the {matrix} couples more than 256 coordinates that are far apart, so it is no banded matrix with a \
-         border; choose an explicit method"
+         border; choose an explicit method, or a grid whose shorter side is at most 250 coordinates"
     )]
     NotBanded {
         /// `mass matrix`, `tangent stiffness`.
@@ -192,6 +192,43 @@ pub enum FamilyErrorKind {
         /// How many were asked for.
         wanted: usize,
     },
+    /// Waves were asked for of a model with constraints or with two indices.
+    #[error("waves of models with {of} are not supported; ask `modes`")]
+    WavesUnsupported {
+        /// `constraints`, `grids`.
+        of: &'static str,
+    },
+    /// Another number of phases than of indices.
+    #[error("{given} phases are given; the model has {needed} index, so give {needed}: `[phase]`")]
+    PhaseCount {
+        /// How many were given.
+        given: usize,
+        /// What is needed.
+        needed: usize,
+    },
+    /// A family has no node between its ends.
+    #[error("a family has fewer than three nodes, so none lies between the ends; give larger counts")]
+    NoInterior,
+    /// Nodes between the ends do not have the same equations.
+    #[error(
+        "the equation of `{coordinate}` differs from that of the node in the middle, so there are no waves \
+         of one phase per node; give all nodes equal parameters and a uniform state, or more nodes"
+    )]
+    NodesDiffer {
+        /// The coordinate, `s[7]`.
+        coordinate: String,
+    },
+    /// A wave grows without bounds at this state.
+    #[error(
+        "the state is not stable: a wave of phase {} per node grows as e^(rate t) with rate {rate:.6e}; ask \
+         at a stable state", Readable(*.phase)
+    )]
+    WaveGrows {
+        /// Radians per node.
+        phase: f64,
+        /// Per unit of time.
+        rate: f64,
+    },
     /// More steps than `.max_steps(..)` permits.
     #[error(fmt = too_many_steps)]
     TooManySteps {
@@ -224,7 +261,7 @@ fn too_many_steps(limit: &u64, longest: &Option<f64>, f: &mut fmt::Formatter<'_>
 }
 
 impl FamilyErrorKind {
-    pub(crate) fn of_mass<M: FamilyModel>(problem: MassProblem, ends: &[usize]) -> Self {
+    pub(crate) fn of_mass<M: FamilyModel>(problem: MassProblem, ends: &Sizes) -> Self {
         match problem {
             MassProblem::NotPositive(unknown) => {
                 Self::MassNotPositive { coordinate: coordinate_name::<M>(ends, unknown) }
@@ -235,10 +272,7 @@ impl FamilyErrorKind {
 
     /// Whether constraints could not be solved or fulfilled at a state that was tried.
     pub(crate) fn is_of_constraints(&self) -> bool {
-        matches!(
-            self,
-            Self::DependentRows { .. } | Self::RowNotFinite { .. } | Self::NotProjected { .. }
-        )
+        matches!(self, Self::DependentRows { .. } | Self::RowNotFinite { .. } | Self::NotProjected { .. })
     }
 
     /// Whether nothing was computed.
@@ -330,7 +364,7 @@ fn unknown_output(name: &str, suggestion: &Option<String>, f: &mut fmt::Formatte
 sentence_for_debugging!(FamilyMotionError);
 
 /// A state has the model's lengths and its start is finite.
-pub(crate) fn check_state<M: FamilyModel>(state: &M::State, ends: &[usize]) -> Result<(), FamilyErrorKind> {
+pub(crate) fn check_state<M: FamilyModel>(state: &M::State, ends: &Sizes) -> Result<(), FamilyErrorKind> {
     let needed = ends.last().copied().unwrap_or(0);
     if state.q().len() != needed || state.u().len() != needed || state.ends() != ends {
         return Err(FamilyErrorKind::StateLength { given: state.q().len(), needed });

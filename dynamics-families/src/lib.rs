@@ -5,7 +5,7 @@
 //! the heap, one field after the other.
 //!
 //! [`model`] has the trait that the macro implements. A hand-written implementation is as good.
-//! [`SimulateFamilies`] opens simulations, and has the longest step, equilibria and modes.
+//! [`SimulateFamilies`] opens simulations, and has the longest step, equilibria, modes and waves.
 //!
 //! # Files
 //!
@@ -24,10 +24,11 @@
 //! | `motion`, `summary`, `failure`, `error` | what a run leaves |
 //! | `output` | tables, animations, pictures of a field over place and time |
 //! | `tangent` | the matrix of implicit steps, equilibria and modes |
-//! | `statics`, `modes` | equilibria, frequencies |
+//! | `statics`, `modes`, `dispersion` | equilibria, frequencies, waves |
 //! | `linalg/` | banded matrices with a border |
 
 mod constraints;
+mod dispersion;
 mod drift;
 mod equations;
 mod error;
@@ -56,6 +57,7 @@ mod summary;
 mod tangent;
 
 pub use constraints::ConstraintSummary;
+pub use dispersion::FamilyBranch;
 pub use error::FamilyError;
 pub use failure::{FamilyErrorKind, FamilyMotionError};
 pub use methods::FamilyMethod;

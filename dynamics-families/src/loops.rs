@@ -12,7 +12,7 @@ pub use crate::mass::Accelerations;
 pub use crate::tangent::NewtonStep;
 pub use crate::generated::{BLOCK, Sum, block_sum};
 pub use dynamics_simd::reciprocal_root as roots;
-use crate::model::{FamilyModel, SizeError};
+use crate::model::SizeError;
 
 /// Rounds of a block: elements reach beyond its nodes, by at most 16 on either side.
 pub const ROUNDS: usize = BLOCK + 32;
@@ -20,15 +20,21 @@ pub const ROUNDS: usize = BLOCK + 32;
 /// Rounds whose entries of a matrix are made together: an element has many.
 pub const MATRIX_BLOCK: usize = 64;
 
+/// Most rounds of a block, along lines or grids.
+const MOST_NUMBERS: usize = 512;
+
 /// 0, 1, 2, …: numbers of rounds within a block. Reading them is quicker than to convert them.
-pub static NUMBERS: [f64; ROUNDS] = {
-    let (mut numbers, mut i) = ([0.0; ROUNDS], 0);
-    while i < ROUNDS {
+pub static NUMBERS: [f64; MOST_NUMBERS] = {
+    let (mut numbers, mut i) = ([0.0; MOST_NUMBERS], 0);
+    while i < MOST_NUMBERS {
         numbers[i] = i as f64;
         i += 1;
     }
     numbers
 };
+
+/// Rounds of a block at the edges of grids: edges are short, and buffers are filled with zeros first.
+pub const EDGE: usize = 64;
 
 /// What a pass over the model writes.
 pub const FORCES: u8 = 0;
@@ -145,7 +151,15 @@ pub fn check_length(parameter: &'static str, length: usize, end: isize) -> Resul
     }
 }
 
-/// Values of an output: of a scalar, a vector or a list of them.
+/// A length as `usize`.
+///
+/// Counts are checked before, so that no length is below 0.
+#[must_use]
+pub fn length(value: isize) -> usize {
+    usize::try_from(value).unwrap_or(0)
+}
+
+/// Values of an output: of a scalar, a vector or a list of them, or of lists, row by row.
 pub trait OutputValues {
     /// Adds its values.
     fn add_to(&self, values: &mut Vec<f64>);
@@ -205,11 +219,4 @@ impl Place for Vec3 {
     fn place(&self) -> [f64; 3] {
         [self.x.value(), self.y.value(), self.z.value()]
     }
-}
-
-/// The lengths of the fields of a state.
-#[must_use]
-pub fn lengths<M: FamilyModel>(ends: &[usize]) -> Vec<usize> {
-    let starts = core::iter::once(0).chain(ends.iter().copied());
-    ends.iter().zip(starts).map(|(end, start)| end - start).collect()
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::linalg::bordered::{Bordered, Factors, Kind};
 use crate::linalg::order::{Layout, NotBanded};
-use crate::model::{FamilyModel, Length, View};
+use crate::model::{FamilyModel, Length, Sizes, View};
 
 /// M, in the form in which it is inverted.
 #[derive(Clone, Debug)]
@@ -31,9 +31,9 @@ impl From<NotBanded> for MassProblem {
 }
 
 impl Mass {
-    pub(crate) fn new<M: FamilyModel>(model: &M, ends: &[usize]) -> Result<Self, MassProblem> {
+    pub(crate) fn new<M: FamilyModel>(model: &M, ends: &Sizes) -> Result<Self, MassProblem> {
         if M::DIAGONAL {
-            let n = ends.last().copied().unwrap_or(0);
+            let n = ends.unknowns();
             let mut masses = vec![0.0; n];
             model.mass(&mut |i, j, value| {
                 if i == j {
@@ -92,14 +92,18 @@ impl Mass {
     }
 }
 
-/// The user's name of an unknown: `s[7]`, `cart`.
-pub(crate) fn coordinate_name<M: FamilyModel>(ends: &[usize], unknown: usize) -> String {
-    let field = ends.partition_point(|&end| end <= unknown).min(M::FIELDS.len().saturating_sub(1));
+/// The user's name of an unknown: `s[7]`, `w[3][4]`, `cart`.
+pub(crate) fn coordinate_name<M: FamilyModel>(sizes: &Sizes, unknown: usize) -> String {
+    let field = sizes.partition_point(|&end| end <= unknown).min(M::FIELDS.len().saturating_sub(1));
     let Some(declared) = M::FIELDS.get(field) else { return String::new() };
-    let begin = if field == 0 { 0 } else { ends[field - 1] };
+    let node = unknown - sizes.range(field).start;
     match declared.length {
         Length::One => declared.name.to_string(),
-        Length::Count { .. } => format!("{}[{}]", declared.name, unknown - begin),
+        Length::Count { .. } => format!("{}[{node}]", declared.name),
+        Length::Grid { .. } => {
+            let columns = sizes.columns(field).max(1);
+            format!("{}[{}][{}]", declared.name, node / columns, node % columns)
+        }
     }
 }
 
@@ -112,9 +116,9 @@ pub struct Accelerations {
 
 impl Accelerations {
     /// With the factors of the mass matrix; none where it has no inverse.
-    pub fn new<M: FamilyModel>(model: &M, ends: &[usize]) -> Option<Self> {
-        let mass = Mass::new(model, ends).ok()?;
-        Some(Self { mass, memory: vec![0.0; ends.last().copied().unwrap_or(0)] })
+    pub fn new<M: FamilyModel>(model: &M, sizes: &Sizes) -> Option<Self> {
+        let mass = Mass::new(model, sizes).ok()?;
+        Some(Self { mass, memory: vec![0.0; sizes.last().copied().unwrap_or(0)] })
     }
 
     /// q̈ without constraints, written to `a`.

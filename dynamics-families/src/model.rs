@@ -9,7 +9,6 @@ use core::fmt::Debug;
 
 pub use dynamics_runtime::model::{Described, Quantity};
 
-
 /// A declared coordinate: a family, or an ordinary coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Field {
@@ -33,6 +32,79 @@ pub enum Length {
         /// What is added to it.
         plus: i64,
     },
+    /// A grid: rows of nodes.
+    Grid {
+        /// The number of rows: a parameter, and what is added to it.
+        rows: (&'static str, i64),
+        /// The number of nodes in each, likewise.
+        columns: (&'static str, i64),
+    },
+}
+
+/// Where every field ends in q, and how long the rows of grids are. Read as a slice it has the ends.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Sizes {
+    ends: Vec<usize>,
+    columns: Vec<usize>,
+}
+
+impl Sizes {
+    /// No fields yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { ends: Vec::new(), columns: Vec::new() }
+    }
+
+    /// Adds a field of `rows` times `columns` nodes; 1 column where nodes have one index.
+    ///
+    /// # Errors
+    /// Where there are more coordinates than memory can address.
+    pub fn push(&mut self, field: &'static str, rows: usize, columns: usize) -> Result<(), SizeError> {
+        // Twelve vectors of this length take less than half of the address space.
+        const MOST: usize = usize::MAX / 256;
+        let end = rows.checked_mul(columns).and_then(|nodes| nodes.checked_add(self.unknowns()));
+        match end.filter(|end| *end <= MOST) {
+            Some(end) => {
+                self.ends.push(end);
+                self.columns.push(columns);
+                Ok(())
+            }
+            None => Err(SizeError::TooManyNodes { field, rows, columns }),
+        }
+    }
+
+    /// The number of coordinates.
+    #[must_use]
+    pub fn unknowns(&self) -> usize {
+        self.ends.last().copied().unwrap_or(0)
+    }
+
+    /// Where a field lies in q.
+    #[must_use]
+    pub fn range(&self, field: usize) -> core::ops::Range<usize> {
+        let start = if field == 0 { 0 } else { self.ends[field - 1] };
+        start..self.ends[field]
+    }
+
+    /// How many nodes a row of a field has; 1 where its nodes have one index.
+    #[must_use]
+    pub fn columns(&self, field: usize) -> usize {
+        self.columns[field]
+    }
+}
+
+impl core::ops::Deref for Sizes {
+    type Target = [usize];
+    fn deref(&self) -> &[usize] {
+        &self.ends
+    }
+}
+
+/// Fields whose nodes have one index.
+impl From<Vec<usize>> for Sizes {
+    fn from(ends: Vec<usize>) -> Self {
+        Self { columns: vec![1; ends.len()], ends }
+    }
 }
 
 /// A named result of a model.
@@ -70,14 +142,14 @@ pub struct Multipliers {
     pub(crate) ends: Vec<usize>,
 }
 
-/// What rows of constraints have at a state; R rows.
+/// What rows of constraints have at a state; R rows. What is empty is not wanted.
 #[derive(Debug)]
 pub struct RowValues<'a> {
-    /// Φ, R; 0 for nonholonomic rows. To be zero when given: sums over an index are added.
+    /// Φ, R; 0 for nonholonomic rows.
     pub residual: &'a mut [f64],
-    /// Φ̇ = Φ_q q̇ + Φ_t, or A q̇ + b; R, likewise.
+    /// Φ̇ = Φ_q q̇ + Φ_t, or A q̇ + b; R.
     pub velocity_residual: &'a mut [f64],
-    /// γ with Φ_q q̈ = γ; R, likewise.
+    /// γ with Φ_q q̈ = γ; R.
     pub gamma: &'a mut [f64],
     /// Entries of Φ_q and A, in the order of [`FamilyModel::row_pattern`].
     pub jacobian: &'a mut [f64],
@@ -106,6 +178,16 @@ pub enum SizeError {
         length: usize,
         /// The last index that is read.
         last: usize,
+    },
+    /// A field has more nodes than memory can address.
+    #[error("`{field}` has {rows} times {columns} nodes, which is more than memory can hold")]
+    TooManyNodes {
+        /// The field.
+        field: &'static str,
+        /// Its rows.
+        rows: usize,
+        /// Its columns.
+        columns: usize,
     },
     /// The coordinates are more than memory can address.
     #[error("`{count}` is {value}, which is more than memory can hold")]
@@ -147,6 +229,17 @@ impl EnergyParts {
     }
 }
 
+/// Where nodes are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Places {
+    /// The helper that says so.
+    pub function: &'static str,
+    /// Points (x, y, z) in order, of a grid row by row.
+    pub points: Vec<[f64; 3]>,
+    /// How many points a row of a grid has; `None` where nodes have one index.
+    pub columns: Option<usize>,
+}
+
 /// Where entries of a matrix go, as (row, column, value). Entries of one place are added.
 pub type Entries<'a> = dyn FnMut(usize, usize, f64) + 'a;
 
@@ -161,7 +254,7 @@ pub type Pairs<'a> = dyn FnMut(usize, usize) + 'a;
 /// model, with an accessor for every name.
 pub trait FamilyState: Clone + PartialEq + Debug + Send + Sync + 'static {
     /// Assembles a state; NaN for inputs that are not set.
-    fn new(t: f64, q: Vec<f64>, u: Vec<f64>, inputs: Vec<f64>, ends: Vec<usize>) -> Self;
+    fn new(t: f64, q: Vec<f64>, u: Vec<f64>, inputs: Vec<f64>, sizes: Sizes) -> Self;
     /// Time.
     fn t(&self) -> f64;
     /// Coordinates, one field after the other.
@@ -171,7 +264,7 @@ pub trait FamilyState: Clone + PartialEq + Debug + Send + Sync + 'static {
     /// Input values.
     fn inputs(&self) -> &[f64];
     /// Where every field ends in q.
-    fn ends(&self) -> &[usize];
+    fn ends(&self) -> &Sizes;
     /// All of it, to be changed: t, q, u, inputs.
     fn parts_mut(&mut self) -> (&mut f64, &mut [f64], &mut [f64], &mut [f64]);
     /// The same on slices.
@@ -212,7 +305,7 @@ pub trait FamilyModel: Described + Sized + Sync + 'static {
     ///
     /// # Errors
     /// A count that is too small or too large, a numbered parameter that is too short.
-    fn ends(&self) -> Result<Vec<usize>, SizeError>;
+    fn ends(&self) -> Result<Sizes, SizeError>;
     /// Q, written to `forces`.
     fn forces(&self, at: View<'_>, forces: &mut [f64]);
     /// Q times `scale`, element by element, written to `accelerations`: q̈ where M is diagonal and `scale`
@@ -261,11 +354,8 @@ pub trait FamilyModel: Described + Sized + Sync + 'static {
     fn damping(&self, at: View<'_>, add: &mut Entries<'_>);
     /// Time jets at a state with these accelerations: what outputs and drawings are called with. Allocates.
     /// `multipliers` are what reactions are read from.
-    fn coordinates(
-        state: &Self::State,
-        accelerations: &[f64],
-        multipliers: Multipliers,
-    ) -> Self::Coordinates;
+    fn coordinates(state: &Self::State, accelerations: &[f64], multipliers: Multipliers)
+    -> Self::Coordinates;
     /// The values of an output, by its index in [`FamilyModel::OUTPUTS`]; none where there is no such.
     fn output(&self, index: usize, q: &Self::Coordinates) -> Vec<f64>;
     /// The rows of the constraints in order, the holonomic ones first: M q̈ = Q + Φ_qᵀλ, Φ_q q̈ = γ.
@@ -284,9 +374,8 @@ pub trait FamilyModel: Described + Sized + Sync + 'static {
     fn constraint_of(_function: TypeId) -> Option<usize> {
         None
     }
-    /// Where the nodes are, for drawings: for each helper that gives places by index, its name and points
-    /// (x, y, z) in order.
-    fn places(&self, _q: &Self::Coordinates) -> Vec<(&'static str, Vec<[f64; 3]>)> {
+    /// Where the nodes are, for drawings: what each helper gives that says so by index.
+    fn places(&self, _q: &Self::Coordinates) -> Vec<Places> {
         Vec::new()
     }
 }

@@ -24,6 +24,8 @@ const ACCURACY: f64 = 1e-12;
 const MOST_SUBSPACES: usize = 3;
 /// Relative distance of eigenvalues between which a shift can be placed.
 const GAP: f64 = 1e-9;
+/// Shifts that are tried, each a hundred times the one before.
+const MOST_SHIFTS: usize = 3;
 /// First shift below zero, in parts of the largest kᵢᵢ/mᵢᵢ, where K is not positive definite.
 const FIRST_SHIFT: f64 = 1e-8;
 
@@ -78,12 +80,25 @@ pub(crate) fn modes<M: FamilyModel>(
         let all = (0..count).map(|k| mode(layout, squares[k], &mut column(k).map(|at| vectors[at])));
         return Ok(all.collect());
     }
-    let shift = pencil.shift_below_all().map_err(failed)?;
-    let mut found = 0;
-    for round in 0..MOST_SUBSPACES {
+    let mut shift = pencil.shift_below_all().map_err(failed)?;
+    let (mut found, mut round, mut shifts) = (0, 0, 0);
+    while round < MOST_SUBSPACES {
         let size = (smallest_subspace(count) << round).min(free);
         pencil.factor(shift).map_err(failed)?;
-        let Some((squares, vectors)) = pencil.iterate(shift, count, size) else { continue };
+        let (squares, vectors) = match pencil.iterate(shift, count, size) {
+            Ok(iterated) => iterated,
+            Err(Failure::Dependent) if shifts < MOST_SHIFTS => {
+                // A shift that is close to the lowest eigenvalue leaves that mode alone of all vectors.
+                shift = if shift == 0.0 { -FIRST_SHIFT * pencil.scale() } else { 100.0 * shift };
+                shifts += 1;
+                continue;
+            }
+            Err(_) => {
+                round += 1;
+                continue;
+            }
+        };
+        round += 1;
         found = count;
         if pencil.certify(&squares, count).map_err(failed)? {
             let layout = &pencil.tangent.layout;
@@ -97,6 +112,14 @@ pub(crate) fn modes<M: FamilyModel>(
 /// Vectors of the first subspace.
 fn smallest_subspace(count: usize) -> usize {
     2 * count + 8
+}
+
+/// Why an iteration has no result.
+enum Failure {
+    /// Vectors that are not independent to rounding.
+    Dependent,
+    /// It does not converge.
+    Slow,
 }
 
 struct Pencil<'a, M: FamilyModel> {
@@ -173,9 +196,13 @@ impl<M: FamilyModel> Pencil<'_, M> {
         })
     }
 
-    /// Ritz values, rising, and vectors in the order of places, from factors of K − shift M; none where they
-    /// do not converge.
-    fn iterate(&mut self, shift: f64, count: usize, size: usize) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
+    /// Ritz values, rising, and vectors in the order of places, from factors of K − shift M.
+    fn iterate(
+        &mut self,
+        shift: f64,
+        count: usize,
+        size: usize,
+    ) -> Result<(Vec<f64>, Vec<Vec<f64>>), Failure> {
         let n = self.tangent.diagonal.len();
         let rounding = f64::EPSILON * self.scale();
         // Numbers without a pattern: no mode is orthogonal to them.
@@ -204,7 +231,7 @@ impl<M: FamilyModel> Pencil<'_, M> {
                 self.tangent.mass.multiply(x, mx);
             }
             let mass = products(&x, &of_mass);
-            let (ritz, combination) = small_pencil(stiffness, mass, size)?;
+            let (ritz, combination) = small_pencil(stiffness, mass, size).ok_or(Failure::Dependent)?;
             x = combine(&x, &combination);
             let settled = ritz[..count]
                 .iter()
@@ -216,9 +243,9 @@ impl<M: FamilyModel> Pencil<'_, M> {
             }
         }
         if last == MOST_ITERATIONS {
-            return None;
+            return Err(Failure::Slow);
         }
-        Some((values.into_iter().map(|value| value + shift).collect(), x))
+        Ok((values.into_iter().map(|value| value + shift).collect(), x))
     }
 
     /// Whether as many eigenvalues as Ritz values lie below a shift at or behind the last that is asked for.

@@ -158,7 +158,7 @@ impl<'m, M: FamilyModel> FamilyMotion<'m, M> {
         let s = (t - start.t()) / h;
         quintic(s, h, [(&point(start), &a0), (&point(end), &a1)], &mut middle);
         let inputs = start.inputs().iter().zip(end.inputs()).map(|(x, y)| x + s * (y - x)).collect();
-        M::State::new(t, middle.q, middle.u, inputs, start.ends().to_vec())
+        M::State::new(t, middle.q, middle.u, inputs, start.ends().clone())
     }
 
     /// q̈ at a state, with the inputs of the state.

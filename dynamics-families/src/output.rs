@@ -7,14 +7,18 @@ use dynamics_view::file::{self, Content};
 use dynamics_view::{Animation, Drawing, FileError, Film, HeatMap, OutputError, text};
 
 use crate::failure::FamilyMotionError;
-use crate::model::{FamilyModel, FamilyState};
+use crate::model::{FamilyModel, FamilyState, Places};
 use crate::motion::FamilyMotion;
 use crate::record::{RecordedFrame, ordinary};
 
 /// Most points of a line that is drawn.
 const MOST_POINTS: usize = 400;
+/// Most lines of a grid that are drawn in either direction.
+const MOST_GRID_LINES: usize = 13;
+/// Most points of each of them.
+const MOST_GRID_POINTS: usize = 25;
 /// Up to so many points have dots.
-const MOST_DOTS: usize = 40;
+const MOST_DOTS: usize = 24;
 /// Most instants of an animation.
 const MOST_FRAMES: usize = 300;
 
@@ -71,13 +75,14 @@ impl<M: FamilyModel> FamilyMotion<'_, M> {
     }
 
     /// The motion as an animation that can still be changed: lines through the places of the nodes, at most
-    /// 400 points each, 300 instants. Between recorded instants it is drawn with coordinates in between.
+    /// 400 points each, 300 instants; of a grid 13 lines of 25 points in either direction. Between recorded instants it is drawn with coordinates in between.
     #[must_use]
     pub fn animation(&self) -> Animation<'_> {
         Animation::new().add(self, "").frames(MOST_FRAMES)
     }
 
-    /// A field (`s`) or a numbered output over place and time: index across, time down, values as colours.
+    /// A field (`s`) or a numbered output over place and time: index across, time down, values as colours. The
+    /// nodes of a grid stand one after the other, row by row.
     /// [`HeatMap::write_svg`] writes it.
     ///
     /// # Errors
@@ -92,10 +97,7 @@ impl<M: FamilyModel> FamilyMotion<'_, M> {
             (None, None) => return Err(FamilyMotionError::UnknownField { name: name.to_string() }),
         };
         let row = |state: &M::State| match (field, output) {
-            (Some(field), _) => {
-                let begin = if field == 0 { 0 } else { ends[field - 1] };
-                state.q()[begin..ends[field]].to_vec()
-            }
+            (Some(field), _) => state.q()[ends.range(field)].to_vec(),
             (None, Some(output)) => self.values_of(output, state),
             (None, None) => Vec::new(),
         };
@@ -132,26 +134,41 @@ impl<M: FamilyModel> FamilyMotion<'_, M> {
             mix(first.q(), second.q()),
             mix(first.u(), second.u()),
             mix(first.inputs(), second.inputs()),
-            first.ends().to_vec(),
+            first.ends().clone(),
         )
     }
 
-    /// The places of nodes at a state, thinned out.
-    fn lines(&self, state: &M::State) -> Vec<(&'static str, Vec<[f64; 3]>)> {
+    /// Lines through the places of nodes at a state, thinned out, and whether they have dots.
+    fn lines(&self, state: &M::State) -> Vec<(Vec<[f64; 3]>, bool)> {
         // Places are made of coordinates; what is made of accelerations is not a number.
         let unknown = vec![f64::NAN; state.q().len()];
-        let places = self.model.places(&M::coordinates(state, &unknown, crate::model::Multipliers::default()));
-        places.into_iter().map(|(name, points)| (name, thinned(points))).collect()
+        let places =
+            self.model.places(&M::coordinates(state, &unknown, crate::model::Multipliers::default()));
+        places.into_iter().flat_map(lines_of).collect()
     }
 }
 
-/// At most [`MOST_POINTS`] of the points, the first and the last among them.
-fn thinned(points: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
-    if points.len() <= MOST_POINTS {
-        return points;
-    }
-    let last = points.len() - 1;
-    (0..MOST_POINTS).map(|k| points[k * last / (MOST_POINTS - 1)]).collect()
+/// A line through all nodes, with dots where they are few, or lines along the rows and the columns of a grid.
+fn lines_of(places: Places) -> Vec<(Vec<[f64; 3]>, bool)> {
+    let points = places.points;
+    let Some(columns) = places.columns else {
+        let line: Vec<_> = thinned(points.len(), MOST_POINTS).map(|k| points[k]).collect();
+        let dots = line.len() <= MOST_DOTS;
+        return vec![(line, dots)];
+    };
+    let rows = points.len().checked_div(columns).unwrap_or(0);
+    let line = |length: usize, node: &dyn Fn(usize) -> usize| {
+        (thinned(length, MOST_GRID_POINTS).map(|k| points[node(k)]).collect::<Vec<_>>(), false)
+    };
+    let across = thinned(rows, MOST_GRID_LINES).map(|i| line(columns, &|j| i * columns + j));
+    let down = thinned(columns, MOST_GRID_LINES).map(|j| line(rows, &|i| i * columns + j));
+    across.chain(down).collect()
+}
+
+/// At most so many of the indices below a length, the first and the last among them.
+fn thinned(length: usize, most: usize) -> impl Iterator<Item = usize> {
+    let (kept, last) = (length.min(most), length.saturating_sub(1));
+    (0..kept).map(move |k| k * last / kept.saturating_sub(1).max(1))
 }
 
 /// The scalars of a frame: ordinary coordinates, their velocities, outputs.
@@ -186,23 +203,22 @@ impl<M: FamilyModel> Film for FamilyMotion<'_, M> {
 
     fn play(&self, times: &[f64], show: &mut dyn FnMut(&Drawing, &[f64])) {
         let is_spatial = [&self.record.start, &self.record.end].iter().any(|state| {
-            self.lines(state).iter().any(|(_, points)| points.iter().any(|point| point[2] != 0.0))
+            self.lines(state).iter().any(|(points, _)| points.iter().any(|point| point[2] != 0.0))
         });
         let mut values = Vec::new();
         for &t in times {
             let (before, behind, part) = self.blend(t);
             let lines = self.lines(&self.drawn_state(before, behind, part));
             let mut drawing = Drawing::new();
-            for (_, points) in &lines {
-                let dots = points.len() <= MOST_DOTS;
+            for (points, dots) in &lines {
                 if is_spatial {
                     drawing = drawing.polyline(points.iter().copied());
                     drawing =
-                        points.iter().filter(|_| dots).fold(drawing, |drawing, &point| drawing.dot(point));
+                        points.iter().filter(|_| *dots).fold(drawing, |drawing, &point| drawing.dot(point));
                 } else {
                     let plane = || points.iter().map(|&[x, y, _]| [x, y]);
                     drawing = drawing.polyline(plane());
-                    drawing = plane().filter(|_| dots).fold(drawing, Drawing::dot);
+                    drawing = plane().filter(|_| *dots).fold(drawing, Drawing::dot);
                 }
             }
             values.clear();

@@ -10,7 +10,7 @@ use crate::file::FrameFile;
 use crate::integrate::Point;
 use crate::mass::Mass;
 use crate::methods::FamilyMethod;
-use crate::model::{EnergyParts, FamilyModel, FamilyState, Length, View};
+use crate::model::{EnergyParts, FamilyModel, FamilyState, Length, Sizes, View};
 
 /// When states are kept. The start and the end always are.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,8 +79,8 @@ pub(crate) struct RecordedFrame<S> {
     pub(crate) outputs: Vec<f64>,
     /// Ordinary coordinates, then their velocities.
     pub(crate) ordinary: Vec<f64>,
-    /// Σ (uᵢ − uᵢ₊₁)²/(4 Σ uᵢ²) of each field.
-    pub(crate) short_waves: Vec<f64>,
+    /// Σ (uᵢ − uᵢ₊₁)²/(4 Σ uᵢ²) of each field, and Σ uᵢ².
+    pub(crate) short_waves: Vec<(f64, f64)>,
 }
 
 /// What the energy did at the ends of steps. States between them are interpolated, and their energy is that
@@ -129,11 +129,11 @@ pub(crate) struct Record<M: FamilyModel> {
 
 /// Fields that have one coordinate.
 pub(crate) fn ordinary<M: FamilyModel>(
-    ends: &[usize],
+    ends: &Sizes,
 ) -> impl Iterator<Item = (usize, &'static str, &'static str)> {
     M::FIELDS
         .iter()
-        .zip(ends)
+        .zip(ends.iter())
         .filter(|(field, _)| field.length == Length::One)
         .map(|(field, &end)| (end - 1, field.name, field.unit))
 }
@@ -261,21 +261,25 @@ impl<M: FamilyModel> Recorder<M> {
 }
 
 /// Σ (uᵢ − uᵢ₊₁)²/(4 Σ uᵢ²) of each field: sin²(θ/2) for a wave of phase θ per node, 0 for long waves, 1 for
-/// neighbours that move against each other.
-fn short_waves(ends: &[usize], u: &[f64]) -> Vec<f64> {
-    let mut begin = 0;
-    let of_field = |&end: &usize| {
-        let u = &u[begin..end];
-        begin = end;
+/// neighbours that move against each other. Of a grid the larger of that along its rows and along its columns.
+/// With it Σ uᵢ²: of a field at rest the share is that of rounding.
+fn short_waves(sizes: &Sizes, u: &[f64]) -> Vec<(f64, f64)> {
+    let of_field = |field: usize| {
+        let (u, columns) = (&u[sizes.range(field)], sizes.columns(field));
         if u.len() < 3 {
-            return 0.0;
+            return (0.0, 0.0);
         }
         let all = crate::generated::sum(0..u.len(), |i| u[i] * u[i]);
-        let differences = crate::generated::sum(0..u.len() - 1, |i| {
-            let difference = u[i] - u[i + 1];
-            difference * difference
-        });
-        if all > 0.0 { differences / (4.0 * all) } else { 0.0 }
+        // Neighbours are `apart` places apart; the last of a row has none in it.
+        let share = |apart: usize| {
+            let differences = crate::generated::sum(0..u.len().saturating_sub(apart), |i| {
+                let is_last = columns > 1 && apart == 1 && (i + 1) % columns == 0;
+                let difference = if is_last { 0.0 } else { u[i] - u[i + apart] };
+                difference * difference
+            });
+            if all > 0.0 { differences / (4.0 * all) } else { 0.0 }
+        };
+        (share(1).max(if columns > 1 { share(columns) } else { 0.0 }), all)
     };
-    ends.iter().map(of_field).collect()
+    (0..sizes.len()).map(of_field).collect()
 }

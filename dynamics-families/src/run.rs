@@ -21,7 +21,7 @@ use crate::integrate::splitting::Splitting;
 use crate::integrate::{FixedStep, Point};
 use crate::mass::{Mass, coordinate_name};
 use crate::methods::FamilyMethod;
-use crate::model::{FamilyModel, FamilyState, View};
+use crate::model::{FamilyModel, FamilyState, Sizes, View};
 use crate::record::{Record, Recorder};
 
 /// Steps between two looks at all values.
@@ -70,7 +70,7 @@ pub(crate) struct Run<'r, 'm, M: FamilyModel> {
     equations: Equations<'r, 'm, M>,
     recorder: Recorder<M>,
     plan: Plan<'m>,
-    ends: Vec<usize>,
+    ends: Sizes,
     start: M::State,
     y: Point,
     steps: u64,
@@ -91,7 +91,7 @@ impl<'r, 'm, M: FamilyModel> Run<'r, 'm, M> {
             equations,
             recorder,
             plan,
-            ends: start.ends().to_vec(),
+            ends: start.ends().clone(),
             start: start.clone(),
             y,
             steps: 0,
@@ -158,7 +158,10 @@ impl<'r, 'm, M: FamilyModel> Run<'r, 'm, M> {
             rejected: self.rejected,
             evaluations: self.equations.evaluations,
             wall_time: self.plan.begun.elapsed(),
-            bytes: self.bytes + mass.bytes() + self.equations.rows.as_ref().map_or(0, |rows| rows.bytes()) + 32 * self.y.q.len(),
+            bytes: self.bytes
+                + mass.bytes()
+                + self.equations.rows.as_ref().map_or(0, |rows| rows.bytes())
+                + 32 * self.y.q.len(),
             longest: self.plan.longest,
             frames: self.recorder.frames,
         }

@@ -8,13 +8,14 @@ use dynamics_runtime::integrate::Tolerances;
 use dynamics_runtime::simulate::{DEFAULT_MAX_STEPS, DEFAULT_TOLERANCE, OptionError};
 
 use crate::constraints::{row_name, rows_at};
+use crate::dispersion::{self, FamilyBranch};
 use crate::equations::{Equations, Law};
 use crate::error::FamilyError;
 use crate::failure::{FamilyErrorKind, check_state};
 use crate::file::FrameFile;
 use crate::mass::Mass;
 use crate::methods::FamilyMethod;
-use crate::model::{FamilyModel, FamilyState, View};
+use crate::model::{FamilyModel, FamilyState, Sizes, View};
 use crate::modes::{self, FamilyMode};
 use crate::motion::FamilyMotion;
 use crate::record::{Every, Recorder};
@@ -109,6 +110,25 @@ pub trait SimulateFamilies: FamilyModel {
     /// Where the tangent is not symmetric, and where modes do not converge.
     fn modes(&self, state: &Self::State, count: usize) -> Result<Vec<FamilyMode>, FamilyError<Self>> {
         modes::modes(self, state, count)
+    }
+
+    /// Waves between the ends that go on by `phase` radians from node to node, `[phase]`: frequency and group
+    /// velocity of every branch, one for each family, by rising frequency.
+    ///
+    /// They follow from the rows of M and of the tangent stiffness of the node in the middle, at this state
+    /// and without damping; ordinary coordinates and nodes more than 33 away are held. The nodes of the
+    /// middle half have to be alike, as those of a uniform bar under a uniform stretch.
+    ///
+    /// # Errors
+    /// Where the model has constraints or grids, where the nodes of the middle half are not alike, where the
+    /// tangent is not symmetric, where a wave grows (ω² < 0), where M is not positive definite, and where a
+    /// family has fewer than three nodes.
+    fn dispersion(
+        &self,
+        state: &Self::State,
+        phase: impl AsRef<[f64]>,
+    ) -> Result<Vec<FamilyBranch>, FamilyError<Self>> {
+        dispersion::dispersion(self, state, phase.as_ref())
     }
 }
 
@@ -440,7 +460,7 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
         method: FamilyMethod,
         step: f64,
         longest: f64,
-        ends: &[usize],
+        ends: &Sizes,
     ) -> Result<(), FamilyErrorKind> {
         let mut bound = longest * 0.5 * method.stability_border();
         if M::VELOCITY_FORCES && method == FamilyMethod::Rk4 {

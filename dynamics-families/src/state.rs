@@ -2,7 +2,8 @@
 
 use crate::constraints::place_on_constraints;
 use crate::failure::FamilyErrorKind;
-use crate::model::{FamilyModel, FamilyState, Field, Length, SizeError};
+use crate::mass::coordinate_name;
+use crate::model::{FamilyModel, FamilyState, SizeError, Sizes};
 
 /// What every state of a model with families holds: the generated type with the model's names wraps it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -15,16 +16,23 @@ pub struct Values {
     pub u: Vec<f64>,
     /// Inputs; NaN where not set.
     pub inputs: Vec<f64>,
-    /// Where every field ends in q.
-    pub ends: Vec<usize>,
+    /// Where every field ends in q, and how long its rows are.
+    pub sizes: Sizes,
 }
 
 impl Values {
     /// Where a field lies in q.
     #[must_use]
     pub fn range(&self, field: usize) -> core::ops::Range<usize> {
-        let start = if field == 0 { 0 } else { self.ends[field - 1] };
-        start..self.ends[field]
+        self.sizes.range(field)
+    }
+
+    /// Where a node of a grid lies in q; `None` where the grid has no such node.
+    #[must_use]
+    pub fn place(&self, field: usize, row: usize, column: usize) -> Option<usize> {
+        let (range, columns) = (self.sizes.range(field), self.sizes.columns(field));
+        let place = row.checked_mul(columns)?.checked_add(column)?.checked_add(range.start)?;
+        (column < columns && place < range.end).then_some(place)
     }
 }
 
@@ -96,9 +104,9 @@ impl GivenState {
     /// Counts that do not suit the model, families with more or fewer values than nodes, values that are not
     /// finite. Inputs may be left out: a run then needs `.inputs(..)`.
     pub fn build<M: FamilyModel>(self, model: &M) -> Result<M::State, FamilyStateError> {
-        let ends = model.ends()?;
-        let q = laid_out(M::FIELDS, &ends, self.q, "")?;
-        let u = laid_out(M::FIELDS, &ends, self.u, "_rate")?;
+        let sizes = model.ends()?;
+        let q = laid_out::<M>(&sizes, self.q, "")?;
+        let u = laid_out::<M>(&sizes, self.u, "_rate")?;
         if !self.t.is_finite() {
             return Err(FamilyStateError::NotFinite { name: "t".to_owned(), value: self.t });
         }
@@ -107,7 +115,7 @@ impl GivenState {
                 return Err(FamilyStateError::NotFinite { name: declared.name.to_owned(), value: *value });
             }
         }
-        Ok(M::State::new(self.t, q, u, self.inputs, ends))
+        Ok(M::State::new(self.t, q, u, self.inputs, sizes))
     }
 
     /// The state, with positions and then velocities moved onto the constraints by the changes that are
@@ -124,29 +132,25 @@ impl GivenState {
 }
 
 /// One field after the other; 0 where nothing is given.
-fn laid_out(
-    fields: &[Field],
-    ends: &[usize],
+fn laid_out<M: FamilyModel>(
+    sizes: &Sizes,
     given: Vec<Option<Vec<f64>>>,
     suffix: &str,
 ) -> Result<Vec<f64>, FamilyStateError> {
-    let mut all = vec![0.0; ends.last().copied().unwrap_or(0)];
-    let mut start = 0;
-    for ((field, end), values) in fields.iter().zip(ends).zip(given) {
-        let length = end - start;
-        if let Some(values) = values {
-            if values.len() != length {
-                let name = format!("{}{suffix}", field.name);
-                return Err(FamilyStateError::Length { name, length, given: values.len() });
-            }
-            if let Some(k) = values.iter().position(|value| !value.is_finite()) {
-                let index = if field.length == Length::One { String::new() } else { format!("[{k}]") };
-                let name = format!("{}{suffix}{index}", field.name);
-                return Err(FamilyStateError::NotFinite { name, value: values[k] });
-            }
-            all[start..*end].copy_from_slice(&values);
+    let mut all = vec![0.0; sizes.unknowns()];
+    for (k, (field, values)) in M::FIELDS.iter().zip(given).enumerate() {
+        let Some(values) = values else { continue };
+        let range = sizes.range(k);
+        if values.len() != range.len() {
+            let name = format!("{}{suffix}", field.name);
+            return Err(FamilyStateError::Length { name, length: range.len(), given: values.len() });
         }
-        start = *end;
+        if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+            let node = coordinate_name::<M>(sizes, range.start + at);
+            let name = format!("{}{suffix}{}", field.name, &node[field.name.len()..]);
+            return Err(FamilyStateError::NotFinite { name, value: values[at] });
+        }
+        all[range].copy_from_slice(&values);
     }
     Ok(all)
 }

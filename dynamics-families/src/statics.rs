@@ -12,7 +12,7 @@ use crate::constraints::Rows;
 use crate::error::FamilyError;
 use crate::failure::{FamilyErrorKind, check_state};
 use crate::mass::{Mass, coordinate_name};
-use crate::model::{FamilyModel, FamilyState, View};
+use crate::model::{FamilyModel, FamilyState, Sizes, View};
 use crate::tangent::{Coefficients, Tangent};
 
 /// Most corrections.
@@ -57,7 +57,7 @@ struct AtRest<'a, M: FamilyModel> {
 }
 
 impl<'a, M: FamilyModel> AtRest<'a, M> {
-    fn new(model: &'a M, guess: &'a M::State, ends: &[usize]) -> Result<Self, FamilyErrorKind> {
+    fn new(model: &'a M, guess: &'a M::State, ends: &Sizes) -> Result<Self, FamilyErrorKind> {
         let n = guess.q().len();
         let constraints = if M::ROWS.is_empty() {
             None

@@ -19,7 +19,7 @@ use std::sync::Arc;
 use crate::failure::FamilyErrorKind;
 use crate::linalg::bordered::{Bordered, Factors, Kind};
 use crate::linalg::order::Layout;
-use crate::model::{Entries, FamilyModel, FamilyState, View};
+use crate::model::{Entries, FamilyModel, FamilyState, Length, Sizes, View};
 
 /// Relative width at which the enclosure by counts ends.
 const ENCLOSURE: f64 = 1e-6;
@@ -28,7 +28,7 @@ const ENCLOSURE: f64 = 1e-6;
 pub(crate) fn largest_frequency_squared<M: FamilyModel>(
     model: &M,
     at: View<'_>,
-    ends: &[usize],
+    ends: &Sizes,
     multipliers: &[f64],
 ) -> Result<f64, FamilyErrorKind> {
     let all = |add: &mut Entries<'_>| {
@@ -37,6 +37,10 @@ pub(crate) fn largest_frequency_squared<M: FamilyModel>(
             model.row_stiffness(at, multipliers, add);
         }
     };
+    // The band of a grid is wide, and the bound needs sums over rows alone.
+    if M::DIAGONAL && M::FIELDS.iter().any(|field| matches!(field.length, Length::Grid { .. })) {
+        return unassembled(model, &all, ends);
+    }
     let mut pattern = |visit: &mut dyn FnMut(usize, usize)| {
         all(&mut |i, j, _| visit(i, j));
         model.mass(&mut |i, j, _| visit(i, j));
@@ -128,28 +132,42 @@ fn by_counts(mass: &Bordered, stiffness: &Bordered, layout: &Arc<Layout>) -> Res
     Ok(above)
 }
 
-/// The bound by rows of a diagonal M where K is no banded matrix: sums of sizes of its entries as they come.
+/// The bound by rows of a diagonal M where K is no banded matrix: sums of sizes of its entries as they come,
+/// with the same weights.
 fn unassembled<M: FamilyModel>(
     model: &M,
     stiffness: &dyn Fn(&mut Entries<'_>),
-    ends: &[usize],
+    ends: &Sizes,
 ) -> Result<f64, FamilyErrorKind> {
     if !M::DIAGONAL {
         return Err(FamilyErrorKind::NotBanded { matrix: "mass matrix" });
     }
-    let n = ends.last().copied().unwrap_or(0);
-    let (mut masses, mut diagonal, mut sums) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    let n = ends.unknowns();
+    let (mut masses, mut diagonal, mut sums) = (vec![0.0; n], vec![0.0; n], vec![[0.0; 2]; n]);
     model.mass(&mut |i, _, value| masses[i] += value);
+    let positive = |mass: &f64| *mass > 0.0 && mass.is_finite();
+    if let Some(unknown) = masses.iter().position(|mass| !positive(mass)) {
+        let coordinate = crate::mass::coordinate_name::<M>(ends, unknown);
+        return Err(FamilyErrorKind::MassNotPositive { coordinate });
+    }
     stiffness(&mut |i, j, value| {
-        if i == j { diagonal[i] += value } else { sums[i] += value.abs() }
+        if i == j {
+            diagonal[i] += value;
+        } else {
+            let weight = (masses[i] / masses[j]).sqrt();
+            sums[i] = [sums[i][0] + value.abs(), sums[i][1] + value.abs() * weight];
+        }
     });
-    let rows = masses.iter().zip(diagonal.iter().zip(&sums));
-    Ok(rows.map(|(mass, (diagonal, sum))| (diagonal.abs() + sum) / mass).fold(0.0, f64::max))
+    let bounds = [0, 1].map(|weights| {
+        let rows = masses.iter().zip(diagonal.iter().zip(&sums));
+        rows.map(|(mass, (diagonal, sum))| (f64::abs(*diagonal) + sum[weights]) / mass).fold(0.0, f64::max)
+    });
+    Ok(bounds[0].min(bounds[1]))
 }
 
 /// The same for damping: a bound of the eigenvalues of M⁻¹ D, by rows; none where M is not dominant.
-pub(crate) fn largest_damping<M: FamilyModel>(model: &M, at: View<'_>, ends: &[usize]) -> Option<f64> {
-    let n = ends.last().copied().unwrap_or(0);
+pub(crate) fn largest_damping<M: FamilyModel>(model: &M, at: View<'_>, ends: &Sizes) -> Option<f64> {
+    let n = ends.unknowns();
     let (mut inertia, mut sums) = (vec![0.0; n], vec![0.0; n]);
     model.mass(&mut |i, j, value| inertia[i] += if i == j { value } else { -value.abs() });
     model.damping(at, &mut |i, _, value| sums[i] += value.abs());
@@ -164,7 +182,7 @@ pub(crate) fn longest_step<M: FamilyModel>(
     model: &M,
     state: &M::State,
     inputs: &[f64],
-    ends: &[usize],
+    ends: &Sizes,
     multipliers: &[f64],
 ) -> Result<f64, FamilyErrorKind> {
     let at = View { inputs, ..state.view() };

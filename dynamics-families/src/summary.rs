@@ -11,6 +11,8 @@ use crate::model::{EnergyParts, FamilyModel, FamilyState};
 use crate::motion::FamilyMotion;
 use crate::run::AT_BOUND;
 
+/// A field whose Σ u² is below this part of its largest is at rest: its velocities may be rounding.
+const AT_REST: f64 = 1e-6;
 /// sin²(θ/2) of a wave of six nodes per length, whose speed is wrong by several per cent.
 const SHORT_WAVES: f64 = 0.25;
 /// Energy drift, in parts of its scale, that is warned of.
@@ -162,16 +164,18 @@ impl<M: FamilyModel> FamilyMotion<'_, M> {
         let frames = &self.record.frames;
         let mut begin = 0;
         let mut waves = Vec::new();
-        for (field, (declared, &end)) in M::FIELDS.iter().zip(self.record.start.ends()).enumerate() {
+        for (field, (declared, &end)) in M::FIELDS.iter().zip(self.record.start.ends().iter()).enumerate() {
             let long = end - begin >= 3;
             begin = end;
             if !long {
                 continue;
             }
             let mut worst = ShortWaves { field: declared.name, share: 0.0, time: self.start_time() };
+            let largest = frames.iter().fold(0.0f64, |most, frame| most.max(frame.short_waves[field].1));
             for frame in frames {
-                if frame.short_waves[field] > worst.share {
-                    (worst.share, worst.time) = (frame.short_waves[field], frame.t);
+                let (share, size) = frame.short_waves[field];
+                if share > worst.share && size >= AT_REST * largest {
+                    (worst.share, worst.time) = (share, frame.t);
                 }
             }
             waves.push(worst);
@@ -207,7 +211,10 @@ impl fmt::Display for FamilySummary {
         writeln!(f, "  unknowns     {}; mass matrix {}", Grouped(self.unknowns as u64), self.mass)?;
         if let Some(ConstraintSummary { rows, system, correction, residual }) = &self.constraints {
             writeln!(f, "  constraints  {} rows, {system}", Grouped(*rows as u64))?;
-            writeln!(f, "               corrections to {correction:.1e}, residual of the solution {residual:.1e}")?;
+            writeln!(
+                f,
+                "               corrections to {correction:.1e}, residual of the solution {residual:.1e}"
+            )?;
         }
         writeln!(f, "  method       {}, {}", self.method, self.reason)?;
         writeln!(

@@ -11,7 +11,7 @@ use crate::failure::FamilyErrorKind;
 use crate::linalg::bordered::{Bordered, Factors, Kind};
 use crate::linalg::order::Layout;
 use crate::mass::coordinate_name;
-use crate::model::{FamilyModel, View};
+use crate::model::{FamilyModel, Sizes, View};
 
 /// The matrix and its factors.
 pub(crate) struct Tangent {
@@ -44,7 +44,7 @@ impl Tangent {
     pub(crate) fn new<M: FamilyModel>(
         model: &M,
         at: View<'_>,
-        ends: &[usize],
+        ends: &Sizes,
         rows: Option<&Rows>,
     ) -> Result<Self, FamilyErrorKind> {
         let multipliers = rows.map_or(&[][..], |rows| &rows.multipliers);
@@ -60,8 +60,7 @@ impl Tangent {
             None => Layout::new(ends, &mut pattern),
             Some(rows) => Layout::with_rows(ends, &rows.ends, &mut pattern, &rows.pairs),
         };
-        let layout = layout
-            .map_err(|_| FamilyErrorKind::NotBanded { matrix: "tangent stiffness" })?;
+        let layout = layout.map_err(|_| FamilyErrorKind::NotBanded { matrix: "tangent stiffness" })?;
         let layout = Arc::new(layout);
         let mut mass = Bordered::new(&layout);
         model.mass(&mut |i, j, value| {
@@ -128,7 +127,7 @@ impl Tangent {
     }
 
     /// Factors the matrix in whatever way is possible.
-    pub(crate) fn factor<M: FamilyModel>(&mut self, ends: &[usize]) -> Result<(), FamilyErrorKind> {
+    pub(crate) fn factor<M: FamilyModel>(&mut self, ends: &Sizes) -> Result<(), FamilyErrorKind> {
         self.uses_lu = self.rows > 0
             || !(M::SYMMETRIC || self.matrix.is_symmetric())
             || self.ldl.factor(&self.matrix, Kind::Positive).is_err();
@@ -146,7 +145,7 @@ impl Tangent {
     }
 
     /// The user's name of an unknown; of the last coordinate where it is a row.
-    fn name_of<M: FamilyModel>(&self, ends: &[usize], unknown: usize) -> String {
+    fn name_of<M: FamilyModel>(&self, ends: &Sizes, unknown: usize) -> String {
         coordinate_name::<M>(ends, unknown.min(ends.last().map_or(0, |end| end.saturating_sub(1))))
     }
 
@@ -202,7 +201,7 @@ impl Tangent {
 #[doc(hidden)]
 pub struct NewtonStep {
     tangent: Tangent,
-    ends: Vec<usize>,
+    sizes: Sizes,
 }
 
 impl NewtonStep {
@@ -210,8 +209,8 @@ impl NewtonStep {
     ///
     /// # Errors
     /// A tangent that is not banded.
-    pub fn new<M: FamilyModel>(model: &M, at: View<'_>, ends: &[usize]) -> Result<Self, FamilyErrorKind> {
-        Ok(Self { tangent: Tangent::new(model, at, ends, None)?, ends: ends.to_vec() })
+    pub fn new<M: FamilyModel>(model: &M, at: View<'_>, sizes: &Sizes) -> Result<Self, FamilyErrorKind> {
+        Ok(Self { tangent: Tangent::new(model, at, sizes, None)?, sizes: sizes.clone() })
     }
 
     /// Assembles `mass` M + K at a state, factors it and replaces x by the solution.
@@ -227,7 +226,7 @@ impl NewtonStep {
     ) -> Result<(), FamilyErrorKind> {
         let weights = Coefficients { mass, damping: 0.0, stiffness: 1.0 };
         self.tangent.assemble(model, at, weights, None)?;
-        self.tangent.factor::<M>(&self.ends)?;
+        self.tangent.factor::<M>(&self.sizes)?;
         self.tangent.solve(x);
         Ok(())
     }

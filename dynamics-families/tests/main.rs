@@ -2,6 +2,7 @@
 
 mod border;
 mod common;
+mod dispersion;
 mod failures;
 mod frames;
 mod implicit;

@@ -37,8 +37,9 @@ pub(crate) struct CompiledFamilies {
     pub(crate) equations: String,
     /// Names and units of the outputs, and whether they have a value for every index.
     pub(crate) outputs: Vec<(syn::Ident, String, bool)>,
-    /// Helpers `(&self, q, index)` that return places, with the indices for which they are called.
-    pub(crate) places: Vec<(syn::Ident, Range)>,
+    /// Helpers `(&self, q, index)` and `(&self, q, index, index)` that return places, with the indices for
+    /// which they are called.
+    pub(crate) places: Vec<(syn::Ident, Vec<Range>)>,
     pub(crate) constants: Constants,
 }
 
@@ -95,6 +96,20 @@ pub(crate) fn compile(item_struct: TokenStream, item_impl: TokenStream) -> Resul
 /// How many nodes a family has at least where the model is unrolled, beyond what its ends need.
 const UNROLLED_BEYOND_ENDS: i64 = 3;
 
+/// The same for a grid, of which the unrolled model has so many times as many nodes. Counts differ from one
+/// another, so that rows and columns cannot be taken for each other.
+const UNROLLED_GRID: i64 = 2;
+
+/// The counts at which a model is unrolled.
+fn witness_counts(family: &FamilyModel) -> Vec<i64> {
+    let has_grids = family.fields.iter().any(|field| field.columns.is_some());
+    let beyond = |count: usize| match has_grids {
+        true => UNROLLED_GRID + count as i64,
+        false => UNROLLED_BEYOND_ENDS,
+    };
+    family.least.iter().enumerate().map(|(count, least)| least.max(&1) + beyond(count)).collect()
+}
+
 /// A model with families: element by element, and unrolled at small counts. The latter goes through all
 /// checks of ordinary models, and has to have the same equations.
 fn families(
@@ -121,7 +136,7 @@ fn families(
             return Err(diagnostics.finish().err().unwrap_or_default());
         }
     };
-    let counts: Vec<i64> = family.least.iter().map(|least| least.max(&1) + UNROLLED_BEYOND_ENDS).collect();
+    let counts = witness_counts(&family);
     let value = |name: &syn::Ident| {
         let index = family.counts.iter().position(|count| name == count);
         index.map_or(0, |index| counts[index])
@@ -152,7 +167,12 @@ fn families(
     let unit =
         |name: &str| compiled.model.coordinates.iter().find(|c| c.name == name).map(|c| c.unit.clone());
     for field in &mut family.fields {
-        let node = if field.length.is_some() { format!("{}[0]", field.name) } else { field.name.clone() };
+        let first = match (field.length, field.columns) {
+            (None, _) => "",
+            (Some(_), None) => "[0]",
+            (Some(_), Some(_)) => "[0][0]",
+        };
+        let node = format!("{}{first}", field.name);
         field.unit = unit(&node).unwrap_or_default();
     }
     let mut known = compiled.model.constraints.iter();
@@ -162,27 +182,16 @@ fn families(
             unit.clone_from(of_row);
         }
     }
-    let conserved: Vec<String> =
-        compiled.equations.conserved.iter().map(|c| c.quantity.name.clone()).collect();
+    let all = compiled.equations.conserved.iter();
+    let mut conserved: Vec<String> = all.map(|c| of_families(&c.quantity.name, &family, &counts)).collect();
+    conserved.dedup();
     let report = dynamics_symbolic::families::report(&family, &derived, &conserved);
     let outputs = implementation.functions.iter().filter(|f| f.role == Role::Output).map(|f| {
         let known = compiled.model.outputs.iter().find(|output| f.name == output.name.as_str());
         (f.name.clone(), known.map(|o| o.unit.clone()).unwrap_or_default(), f.returns_list())
     });
     let outputs = outputs.collect();
-    let mut places: Vec<(syn::Ident, Range)> = Vec::new();
-    for (index, range) in called {
-        let function = &implementation.functions[index];
-        if !function.may_be_place_of_index() || witness.vectors.contains(&function.name) {
-            continue;
-        }
-        match places.iter_mut().find(|(name, _)| *name == function.name) {
-            Some((_, all)) => {
-                *all = Range { start: all.start.min(range.start), end: all.end.max(range.end) };
-            }
-            None => places.push((function.name.clone(), range)),
-        }
-    }
+    let places = places(&implementation, &called, &witness.vectors);
     let interior = dynamics_symbolic::families::interior_forces(&mut family, &derived.elements);
     let equations = dynamics_symbolic::families::equations(&mut family, &derived);
     let constants = witness.constants;
@@ -198,6 +207,49 @@ fn families(
         places,
         constants,
     })
+}
+
+/// A conserved quantity of the unrolled model as one of families: sums over all nodes are sums over i again,
+/// `momentum of sum of s[i]`. Of other combinations the numbers of the nodes say nothing.
+fn of_families(name: &str, family: &FamilyModel, counts: &[i64]) -> String {
+    let mut name = name.to_owned();
+    for field in &family.fields {
+        let Some(length) = field.length.map(|length| length.at(counts)).filter(|length| *length > 1) else {
+            continue;
+        };
+        let nodes: Vec<String> = (0..length).map(|k| format!("{}[{k}]", field.name)).collect();
+        name = name.replace(&nodes.join(" + "), &format!("sum of {}[i]", field.name));
+        if nodes.iter().any(|node| name.contains(node.as_str())) {
+            return String::from("momentum of a combination of nodes");
+        }
+    }
+    name
+}
+
+/// Helpers `(&self, q, index)` and `(&self, q, index, index)` that return places, with all indices for which
+/// they are called. A helper is left out where two counts decide which of these is the last: drawings would
+/// ask for nodes that are not there.
+fn places(
+    implementation: &Implementation,
+    called: &[(usize, Vec<Range>)],
+    vectors: &[syn::Ident],
+) -> Vec<(syn::Ident, Vec<Range>)> {
+    let mut all: Vec<(usize, Option<Vec<Range>>)> = Vec::new();
+    for (index, ranges) in called {
+        match all.iter_mut().find(|(known, _)| known == index) {
+            Some((_, whole)) => {
+                let hull = |known: &Vec<Range>| known.iter().zip(ranges).map(|(a, b)| a.hull(*b)).collect();
+                *whole = whole.as_ref().and_then(hull);
+            }
+            None => all.push((*index, Some(ranges.clone()))),
+        }
+    }
+    let place = |(index, ranges): (usize, Option<Vec<Range>>)| {
+        let function = &implementation.functions[index];
+        let is_place = function.may_be_place_of_index() && !vectors.contains(&function.name);
+        Some((function.name.clone(), ranges.filter(|_| is_place)?))
+    };
+    all.into_iter().filter_map(place).collect()
 }
 
 /// Types of the language of models that only some models name.

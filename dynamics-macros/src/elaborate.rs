@@ -145,7 +145,7 @@ pub(crate) struct ElaboratedFamilies {
     pub(crate) family: FamilyModel,
     pub(crate) origins: Origins,
     /// For helpers `(&self, q, index)`: the indices for which they are called, by the number of the function.
-    pub(crate) called: Vec<(usize, Range)>,
+    pub(crate) called: Vec<(usize, Vec<Range>)>,
 }
 
 /// Elaborates all functions of a model with families that have a role.

@@ -77,6 +77,8 @@ pub(crate) struct Slot {
     pub(crate) len: Option<usize>,
     /// Whether it is a family, whose length is known when the program runs.
     pub(crate) family: bool,
+    /// Whether its nodes have two indices.
+    pub(crate) grid: bool,
     /// Its unit, empty where not declared.
     pub(crate) unit: String,
 }

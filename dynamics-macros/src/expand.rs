@@ -323,6 +323,7 @@ fn surface(declaration: &Declaration, implementation: Option<&Implementation>, v
         name: quantity.name.clone(),
         len: quantity.length,
         family: quantity.family.is_some(),
+        grid: quantity.family_columns.is_some(),
         unit: quantity.unit.as_ref().map(syntax::UnitText::text).unwrap_or_default(),
     };
     let (mut parameters, mut functions) = (Vec::new(), Vec::new());

@@ -129,6 +129,9 @@ catalogue! {
         its coordinates a name of its own";
     length_of_family(length, most) "`{length}` is no length of a family; write `self.n`, `self.n + k` or \
         `self.n - k`, with k at most {most}";
+    grid_of_families() "both lengths of a grid are counts, `[[m; self.columns]; self.rows]`; give each of few \
+        rows or columns a family of its own";
+    three_indices() "coordinates have two indices at most; write several grids";
     family_as_list(found) "a loop runs over a range or an array, not over {found}; loop over `0..self.n`, \
         and read the nodes by their index";
     index_form(what, most) "`{what}` makes no index; an index of a family is `i + k`, `i - k`, `self.n + k`, \
@@ -137,15 +140,19 @@ catalogue! {
         {most}, as the model is unrolled up to there to be checked";
     index_below(name, index, rounds) "`{name}[{index}]`{rounds} is below `{name}[0]`; begin the range later, \
         or give the first nodes an `if`";
-    index_above(name, index, rounds, length) "`{name}[{index}]`{rounds} is above the last node of `{name}`, \
+    index_above(name, index, rounds, what, length) "`{name}[{index}]`{rounds} is above the last {what} of `{name}`, \
         which has `{length}` of them; end the range earlier, or give the last nodes an `if`";
     index_of_other_count(name, index, rounds, length) "`{name}[{index}]`{rounds} may be outside of `{name}`, \
         which has `{length}` nodes: nothing says which of two counts is larger; use one count for both";
+    row_of_other_count(name, index, rounds, length) "`{name}[{index}]`{rounds} may be outside of `{name}`, \
+        which has `{length}` rows; the first index is that of the row, the second that of the column";
+    indices_compared() "the indices of two loops are compared here, and either may be the larger one; compare \
+        an index with a number or a count";
     counts_compared() "two counts are compared here, and either may be the larger one; compare indices with \
         one count";
     range_of_round() "the ends of a range are counts or numbers; the index of a round cannot be one";
-    rounds_in_rounds() "a sum over an index stands within another one; sums over two indices are not \
-        supported yet, let one of them have a length such as `5`";
+    rounds_in_rounds() "a sum over an index stands within two others; sums have two indices at most, let one \
+        of them have a length such as `5`";
     round_left(word) "`{word}` would leave a sum over an index early; give the range its end, or use an `if`";
     round_assigns(name) "`{name}` is assigned by every round of this loop, which may only add to it as a \
         whole, with `+=` or `-=`, and not read it; put what a round needs into a variable of its own";
@@ -157,6 +164,8 @@ catalogue! {
         unrolled; this is a mistake of `dynamics`, please report it";
     sum_as_value() "of a sum over an index only sums, differences and multiples can be made yet; do this \
         with every summand, or give what the sum stands for a coordinate of its own";
+    constraint_of_two_indices() "constraints over two indices are not supported yet; write stiff springs, or a \
+        constraint over one index for each of few rows";
     constraint_option_beside_families(option) "`{option}` is not supported in a model with families of \
         coordinates; write the constraint without it, or a model of fixed size";
     reaction_in_force_of_families() "forces that depend on reactions are not supported in a model with \

@@ -2,14 +2,15 @@
 //!
 //! Energies of such models are sums over an index. What is derived is one element of each sum: its forces,
 //! its inertia, its stiffness. The graph holds an element's own symbols: `s[i]` and `s[i + 1]` are two
-//! coordinates of it, wherever i is. A back end prints loops over i.
+//! coordinates of it, wherever i is. A back end prints loops over i. The nodes of a grid have two indices, and
+//! their elements two loops, one inside the other.
 //!
-//! Flow: `model`, `slopes` ← `rows`, `index_free`, `springs` ← `derive` ← `shift` ← `text`; `derive` ←
-//! `verify`.
-//! `verify` compares the elements, put together, with the same model unrolled at small counts, which went
-//! through the whole pipeline of ordinary models.
+//! Flow: `model`, `slopes` ← `rows`, `index_free`, `springs` ← `derive` ← `shift` ← `dispersion` ← `text`;
+//! `derive` ← `verify`. `verify` compares the elements, put together, with the same model unrolled at small
+//! counts, which went through the whole pipeline of ordinary models.
 
 mod derive;
+mod dispersion;
 mod index_free;
 mod model;
 mod rows;
@@ -19,9 +20,10 @@ mod springs;
 mod text;
 mod verify;
 
-pub use derive::{Derived, Element, NoElement, derive};
+pub use derive::{Derived, Element, Gathering, NoElement, derive};
 pub use model::{
-    Anchor, FamilyConstraint, FamilyModel, Field, Local, NodeIndex, Range, RowPart, Source, Term, TermKind,
+    Anchor, Axis, FamilyConstraint, FamilyModel, Field, Local, Multiplier, NodeIndex, Range, Rounds, RowPart,
+    Source, Term, TermKind,
 };
 pub use rows::{RowElement, RowTerm};
 pub use shift::interior_forces;

@@ -15,7 +15,7 @@ mod report;
 mod series;
 mod target;
 
-pub use equations::{equations, statements};
+pub use equations::{equations, quotient, statements};
 pub use formula::Formulas;
 pub use latex::Latex;
 pub use listing::listing;

@@ -35,6 +35,8 @@ pub struct Bodies;
 pub struct SingularPositions;
 #[doc = page!("../../docs/guide/families.md")]
 pub struct Families;
+#[doc = page!("../../docs/guide/waves.md")]
+pub struct Waves;
 #[doc = page!("../../docs/reference/language.md")]
 pub struct Language;
 

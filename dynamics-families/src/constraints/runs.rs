@@ -6,6 +6,7 @@
 use std::collections::HashMap;
 
 use crate::generated::{BLOCK, Sum, block_sum};
+use crate::loops::{Pass, in_wide_vectors};
 
 /// A stretch of entries: N indices, and whether each of them goes on by one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,11 +78,6 @@ pub(super) struct Jacobian {
     runs: Vec<Run<3>>,
 }
 
-/// A part of a slice, where a run goes on; else one element.
-fn part<'a>(of: &'a [f64], run: &Run<3>, which: usize, from: usize, to: usize) -> &'a [f64] {
-    if run.steps[which] { &of[run.start[which] + from..run.start[which] + to] } else { &[] }
-}
-
 impl Jacobian {
     /// From pairs of a row and a coordinate, in the order of the entries.
     pub(super) fn new(pairs: &[(u32, u32)]) -> Self {
@@ -97,7 +93,37 @@ impl Jacobian {
 
     /// y += factor · J x.
     pub(super) fn multiply_add(&self, values: &[f64], x: &[f64], factor: f64, y: &mut [f64]) {
-        for run in &self.runs {
+        in_wide_vectors(Product { jacobian: self, values, x, factor, y });
+    }
+
+    /// y += w Jᵀ x, with a weight of every coordinate; all weights are 1 where there are none.
+    pub(super) fn multiply_transposed_add(
+        &self,
+        values: &[f64],
+        x: &[f64],
+        weights: Option<&[f64]>,
+        y: &mut [f64],
+    ) {
+        in_wide_vectors(Transposed { jacobian: self, values, x, weights, y });
+    }
+}
+
+/// y += factor · J x.
+struct Product<'a> {
+    jacobian: &'a Jacobian,
+    values: &'a [f64],
+    x: &'a [f64],
+    factor: f64,
+    y: &'a mut [f64],
+}
+
+impl Pass for Product<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { jacobian, values, x, factor, y } = self;
+        for run in &jacobian.runs {
             let entries = &values[run.start[2]..][..run.length];
             match run.steps {
                 [true, true, _] => {
@@ -111,7 +137,7 @@ impl Jacobian {
                     let mut products = [0.0; BLOCK];
                     for from in (0..run.length).step_by(BLOCK) {
                         let to = run.length.min(from + BLOCK);
-                        let x = part(x, run, 1, from, to);
+                        let x = &x[run.start[1] + from..run.start[1] + to];
                         for ((product, entry), x) in products.iter_mut().zip(&entries[from..to]).zip(x) {
                             *product = entry * x;
                         }
@@ -127,16 +153,24 @@ impl Jacobian {
             }
         }
     }
+}
 
-    /// y += w Jᵀ x, with a weight of every coordinate; all weights are 1 where there are none.
-    pub(super) fn multiply_transposed_add(
-        &self,
-        values: &[f64],
-        x: &[f64],
-        weights: Option<&[f64]>,
-        y: &mut [f64],
-    ) {
-        for run in &self.runs {
+/// y += w Jᵀ x.
+struct Transposed<'a> {
+    jacobian: &'a Jacobian,
+    values: &'a [f64],
+    x: &'a [f64],
+    weights: Option<&'a [f64]>,
+    y: &'a mut [f64],
+}
+
+impl Pass for Transposed<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { jacobian, values, x, weights, y } = self;
+        for run in &jacobian.runs {
             let entries = &values[run.start[2]..][..run.length];
             match (run.steps, weights) {
                 ([true, true, _], Some(weights)) => {
@@ -172,7 +206,8 @@ mod tests {
         pairs.extend((0..n).map(|i| (i, n)));
         let jacobian = Jacobian::new(&pairs);
         assert_eq!(jacobian.runs.len(), 4);
-        let wave = |length: usize, by: f64| -> Vec<f64> { (0..length).map(|i| (i as f64 * by).sin()).collect() };
+        let wave =
+            |length: usize, by: f64| -> Vec<f64> { (0..length).map(|i| (i as f64 * by).sin()).collect() };
         let values = wave(pairs.len(), 0.3);
         let (x, z) = (wave(n as usize + 1, 0.7), wave(n as usize + 1, 1.1));
         let (mut y, mut transposed) = (z.clone(), z.clone());

@@ -13,6 +13,7 @@ use std::sync::Arc;
 
 use crate::linalg::bordered::{Bordered, Factors, Kind};
 use crate::linalg::order::{Layout, NotBanded};
+use crate::model::Sizes;
 
 /// The matrix and its factors; n coordinates, then R rows.
 #[derive(Debug)]
@@ -36,7 +37,7 @@ impl Saddle {
     pub(super) fn new(
         mass: Vec<(u32, u32, f64)>,
         pairs: Vec<(u32, u32)>,
-        ends: &[usize],
+        ends: &Sizes,
         row_ends: &[usize],
     ) -> Result<Self, NotBanded> {
         let n = ends.last().copied().unwrap_or(0);

@@ -10,6 +10,8 @@ use crate::generated::{BLOCK, Sum, block_sum};
 use crate::linalg::bordered::{Bordered, Factors, Kind};
 use crate::linalg::order::Layout;
 use crate::linalg::tridiagonal::Tridiagonal;
+use crate::loops::{Pass, in_wide_vectors};
+use crate::model::Sizes;
 
 /// Rows that one coordinate may stand in; where more do, S has no few entries per row.
 const MOST_ROWS_OF_ONE: usize = 64;
@@ -26,8 +28,9 @@ pub(super) struct Schur {
 
 #[derive(Debug)]
 enum Form {
-    /// `values` are the diagonal, then the couplings with the row before.
-    Tridiagonal(Tridiagonal),
+    /// `values` are the diagonal, then the couplings with the row before. The diagonal is copied for every
+    /// solution.
+    Tridiagonal(Tridiagonal, Vec<f64>),
     /// Rows and columns of `values`, the lower half.
     /// They are scaled to a diagonal of 1.
     Bordered { pairs: Vec<(u32, u32)>, scale: Vec<f64>, parts: Box<(Bordered, Factors)>, memory: Vec<f64> },
@@ -70,10 +73,12 @@ impl Schur {
                 let entry = if row == column { row } else { rows + row };
                 runs.add([first, second], [entry, first, second, unknown]);
             });
-            let form = Form::Tridiagonal(Tridiagonal::new(rows));
+            let form = Form::Tridiagonal(Tridiagonal::new(rows), vec![0.0; rows]);
             return Some(Self { products: runs.all, values: vec![0.0; 2 * rows], form });
         }
-        let layout = Layout::new(row_ends, &mut |visit| coupled(&mut |i, j, _| visit(i, j))).ok()?;
+        let layout =
+            Layout::new(&Sizes::from(row_ends.to_vec()), &mut |visit| coupled(&mut |i, j, _| visit(i, j)))
+                .ok()?;
         let layout = Arc::new(layout);
         let mut entries: Vec<(u32, u32)> = Vec::new();
         coupled(&mut |row, column, _| entries.push((row as u32, column as u32)));
@@ -94,23 +99,18 @@ impl Schur {
         Some(Self { products: runs.all, values, form })
     }
 
-    /// Factors S for these entries of J and inverse masses. The error is a row that depends on others, or
-    /// restricts nothing.
+    /// Assembles S for these entries of J and inverse masses, and factors it where that is kept. The error is
+    /// a row that depends on others, or restricts nothing.
     pub(super) fn factor(&mut self, jacobian: &[f64], inverse: &[f64]) -> Result<(), usize> {
-        self.values.fill(0.0);
-        for run in &self.products {
-            add_products(run, jacobian, inverse, &mut self.values);
-        }
-        match &mut self.form {
-            Form::Tridiagonal(factors) => {
-                let (diagonal, beside) = self.values.split_at(self.values.len() / 2);
-                factors.factor(diagonal, beside)
-            }
+        let Self { products, values, form } = self;
+        in_wide_vectors(Assembly { products, jacobian, inverse, values });
+        match form {
+            Form::Tridiagonal(..) => Ok(()),
             Form::Bordered { pairs, scale, parts, .. } => {
                 let (matrix, factors) = &mut **parts;
                 matrix.clear();
                 // The diagonal comes first.
-                for (&(row, column), value) in pairs.iter().zip(&self.values) {
+                for (&(row, column), value) in pairs.iter().zip(&*values) {
                     let (row, column) = (row as usize, column as usize);
                     if row == column {
                         if !(*value > 0.0 && value.is_finite()) {
@@ -129,22 +129,27 @@ impl Schur {
         }
     }
 
-    /// Replaces x by S⁻¹ x.
-    pub(super) fn solve(&mut self, x: &mut [f64]) {
+    /// Replaces x by S⁻¹ x. The error is that of [`Self::factor`].
+    pub(super) fn solve(&mut self, x: &mut [f64]) -> Result<(), usize> {
         match &mut self.form {
-            Form::Tridiagonal(factors) => factors.solve(&self.values[self.values.len() / 2..], x),
+            Form::Tridiagonal(memory, diagonal) => {
+                let (kept, beside) = self.values.split_at(self.values.len() / 2);
+                diagonal.copy_from_slice(kept);
+                return memory.solve(diagonal, beside, x);
+            }
             Form::Bordered { scale, parts, memory, .. } => {
                 x.iter_mut().zip(&*scale).for_each(|(x, scale)| *x *= scale);
                 parts.1.solve(x, memory);
                 x.iter_mut().zip(&*scale).for_each(|(x, scale)| *x *= scale);
             }
         }
+        Ok(())
     }
 
     /// Its structure in words.
     pub(super) fn describe(&self) -> String {
         match &self.form {
-            Form::Tridiagonal(_) => String::from("tridiagonal"),
+            Form::Tridiagonal(..) => String::from("tridiagonal"),
             Form::Bordered { parts, .. } => parts.0.layout.describe(),
         }
     }
@@ -152,7 +157,7 @@ impl Schur {
     /// Bytes on the heap.
     pub(super) fn bytes(&self) -> usize {
         let form = match &self.form {
-            Form::Tridiagonal(factors) => factors.bytes(),
+            Form::Tridiagonal(memory, diagonal) => memory.bytes() + 8 * diagonal.len(),
             Form::Bordered { pairs, parts, memory, .. } => {
                 8 * pairs.len() + parts.0.bytes() + parts.1.bytes() + 16 * memory.len()
             }
@@ -161,7 +166,28 @@ impl Schur {
     }
 }
 
+/// Sums all products.
+struct Assembly<'a> {
+    products: &'a [Run<4>],
+    jacobian: &'a [f64],
+    inverse: &'a [f64],
+    values: &'a mut [f64],
+}
+
+impl Pass for Assembly<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.values.fill(0.0);
+        for run in self.products {
+            add_products(run, self.jacobian, self.inverse, self.values);
+        }
+    }
+}
+
 /// Adds the products of a run to entries of S.
+#[inline(always)]
 fn add_products(run: &Run<4>, jacobian: &[f64], inverse: &[f64], values: &mut [f64]) {
     let [to, first, second, unknown] = run.start;
     match run.steps {
@@ -179,7 +205,8 @@ fn add_products(run: &Run<4>, jacobian: &[f64], inverse: &[f64], values: &mut [f
                 let count = BLOCK.min(run.length - from);
                 for (k, product) in products[..count].iter_mut().enumerate() {
                     let at = from + k;
-                    *product = jacobian[run.index(1, at)] * inverse[run.index(3, at)] * jacobian[run.index(2, at)];
+                    *product =
+                        jacobian[run.index(1, at)] * inverse[run.index(3, at)] * jacobian[run.index(2, at)];
                 }
                 sum.add(block_sum(&products[..count]));
             }

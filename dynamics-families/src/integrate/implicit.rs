@@ -21,7 +21,7 @@ use crate::failure::FamilyErrorKind;
 use crate::integrate::{FixedStep, Point};
 use crate::mass::coordinate_name;
 use crate::methods::FamilyMethod;
-use crate::model::{FamilyModel, View};
+use crate::model::{FamilyModel, Sizes, View};
 use crate::tangent::{Coefficients, Tangent};
 
 /// Most corrections of a step.
@@ -84,7 +84,7 @@ impl Formula {
 pub(crate) struct Implicit {
     formula: Formula,
     tangent: Tangent,
-    ends: Vec<usize>,
+    ends: Sizes,
     /// The step that the factors belong to; NaN without factors.
     factored: f64,
     /// a₀; not known at the start.
@@ -101,14 +101,14 @@ impl Implicit {
         model: &M,
         y: &Point,
         inputs: &[f64],
-        ends: &[usize],
+        ends: &Sizes,
     ) -> Result<Self, FamilyErrorKind> {
         let at = View { t: y.t, q: &y.q, u: &y.u, inputs };
         let zeros = || vec![0.0; y.q.len()];
         Ok(Self {
             formula: Formula::new(method),
             tangent: Tangent::new(model, at, ends, None)?,
-            ends: ends.to_vec(),
+            ends: ends.clone(),
             factored: f64::NAN,
             a: None,
             next: zeros(),

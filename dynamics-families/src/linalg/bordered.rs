@@ -305,9 +305,11 @@ mod tests {
                 entries.extend([(0, i, 0.1), (i, 0, 0.1)]);
             }
         }
-        let ends = [1, n];
-        let layout = Layout::new(&ends, &mut |visit| entries.iter().for_each(|&(i, j, _)| visit(i, j)))
-            .expect("banded");
+        let ends = vec![1, n];
+        let layout = Layout::new(&ends.into(), &mut |visit| {
+            entries.iter().for_each(|&(i, j, _)| visit(i, j));
+        })
+        .expect("banded");
         assert_eq!((layout.border(), layout.half), (1, 1));
         let layout = Arc::new(layout);
         let mut matrix = Bordered::new(&layout);

@@ -3,14 +3,19 @@
 //!
 //! Nodes of equal number are neighbours. Ordinary coordinates belong to the border: a trolley that moves the
 //! frame of a whole cable. What couples further than [`FAR_NODES`] nodes apart makes one of the two a border
-//! unknown, always the one with the most such couplings: a load at the far end, one node of a ring.
+//! unknown, always the one with the most such couplings: a load at the far end, one node of a ring. Grids go
+//! line by line, along the shorter side: the band is as wide as that.
+
+use crate::model::Sizes;
 
 /// Couplings up to this many nodes apart belong to the band: as far as an index may reach.
-const FAR_NODES: usize = 33;
+pub(crate) const FAR_NODES: usize = 33;
 /// Couplings that are longer than all others and at most so many go to the border.
 const FEW: usize = 16;
 /// Sizes from which such couplings are looked for.
 const LONG: usize = 256;
+/// Most that couplings of grids may be apart: what is wider costs more time and memory than it is worth.
+const WIDEST_GRID: usize = 256;
 /// Most unknowns of a border.
 const MOST_BORDER: usize = 256;
 
@@ -40,37 +45,33 @@ pub(crate) type Pattern<'a> = dyn FnMut(&mut dyn FnMut(usize, usize)) + 'a;
 
 impl Layout {
     /// For fields that end at `ends` and a matrix with these entries.
-    pub(crate) fn new(ends: &[usize], pattern: &mut Pattern<'_>) -> Result<Self, NotBanded> {
-        let n = ends.last().copied().unwrap_or(0);
-        Self::of_order(by_node(ends), ends, n, pattern, &[])
+    pub(crate) fn new(sizes: &Sizes, pattern: &mut Pattern<'_>) -> Result<Self, NotBanded> {
+        Self::of_order(by_node(sizes), sizes, sizes.unknowns(), pattern, &[])
     }
 
     /// For coordinates and, behind them, rows of constraints: M and J, whose entries are pairs of a row and a
     /// coordinate. A row comes after the last node that it couples.
     pub(crate) fn with_rows(
-        ends: &[usize],
+        sizes: &Sizes,
         row_ends: &[usize],
         mass: &mut Pattern<'_>,
         pairs: &[(u32, u32)],
     ) -> Result<Self, NotBanded> {
-        let n = ends.last().copied().unwrap_or(0);
+        let n = sizes.unknowns();
         let rows = row_ends.last().copied().unwrap_or(0);
-        let is_ordinary = ordinary(ends);
+        let is_ordinary = ordinary(sizes);
         let mut last = vec![None; rows];
         for &(row, unknown) in pairs {
-            let field = ends.partition_point(|&end| end <= unknown as usize);
+            let (field, node) = node_of(sizes, unknown as usize);
             if !is_ordinary[field] {
-                let node = unknown as usize - if field == 0 { 0 } else { ends[field - 1] };
                 let last = &mut last[row as usize];
                 *last = (*last).max(Some(node));
             }
         }
         // Rows between ordinary coordinates alone belong to the border, as these do.
         let mut keyed: Vec<((usize, usize), usize)> = Vec::with_capacity(n + rows);
-        for (k, &unknown) in by_node(ends).iter().enumerate() {
-            let field = ends.partition_point(|&end| end <= unknown);
-            let node = unknown - if field == 0 { 0 } else { ends[field - 1] };
-            keyed.push(((node, k), unknown));
+        for (k, &unknown) in by_node(sizes).iter().enumerate() {
+            keyed.push(((node_of(sizes, unknown).1, k), unknown));
         }
         keyed.extend(last.iter().enumerate().map(|(row, last)| ((last.unwrap_or(0), n + row), n + row)));
         keyed.sort_unstable();
@@ -80,7 +81,7 @@ impl Layout {
             pairs.iter().for_each(|&(row, unknown)| visit(n + row as usize, unknown as usize));
         };
         let alone: Vec<usize> = (0..rows).filter(|&row| last[row].is_none()).map(|row| n + row).collect();
-        Self::of_order(order, ends, n + rows, &mut all, &alone)
+        Self::of_order(order, sizes, n + rows, &mut all, &alone)
     }
 
     /// Its structure in words.
@@ -93,7 +94,7 @@ impl Layout {
 
     fn of_order(
         order: Vec<usize>,
-        ends: &[usize],
+        sizes: &Sizes,
         n: usize,
         pattern: &mut Pattern<'_>,
         alone: &[usize],
@@ -101,9 +102,11 @@ impl Layout {
         let mut place = vec![0; n];
         order.iter().enumerate().for_each(|(k, &unknown)| place[unknown] = k);
 
-        let limit = (FAR_NODES * ends.len()).min(n);
+        let grids = (0..sizes.len()).any(|field| sizes.columns(field) > 1);
+        let far = FAR_NODES * sizes.len();
+        let limit = if grids { far.max(WIDEST_GRID) } else { far }.min(n);
         let limit = dominant_width(&place, limit, pattern);
-        let border = border(&place, limit, ends, pattern, alone)?;
+        let border = border(&place, limit, sizes, pattern, alone)?;
 
         let mut in_border = vec![false; n];
         border.iter().for_each(|&unknown| in_border[unknown] = true);
@@ -163,18 +166,27 @@ fn ordinary(ends: &[usize]) -> Vec<bool> {
     lengths.iter().map(|&length| has_families && length == 1).collect()
 }
 
-/// The unknowns by their number within their field.
-fn by_node(ends: &[usize]) -> Vec<usize> {
-    let begin = |field: usize| if field == 0 { 0 } else { ends[field - 1] };
-    let longest = (0..ends.len()).map(|field| ends[field] - begin(field)).max().unwrap_or(0);
-    let mut order = Vec::with_capacity(ends.last().copied().unwrap_or(0));
+/// The field of an unknown, and the number of its node: of a grid along the shorter side.
+fn node_of(sizes: &Sizes, unknown: usize) -> (usize, usize) {
+    let field = sizes.partition_point(|&end| end <= unknown);
+    let (range, columns) = (sizes.range(field), sizes.columns(field).max(1));
+    let (rows, node) = (range.len() / columns, unknown - range.start);
+    (field, if columns > rows { node % columns * rows + node / columns } else { node })
+}
+
+/// The unknowns by the numbers of their nodes.
+fn by_node(sizes: &Sizes) -> Vec<usize> {
+    let fields = || (0..sizes.len()).map(|field| sizes.range(field));
+    let longest = fields().map(|range| range.len()).max().unwrap_or(0);
+    let mut order = Vec::with_capacity(sizes.unknowns());
     for node in 0..longest {
-        order.extend(
-            (0..ends.len())
-                .map(|field| begin(field) + node)
-                .zip(ends)
-                .filter_map(|(unknown, &end)| (unknown < end).then_some(unknown)),
-        );
+        for (field, range) in fields().enumerate().filter(|(_, range)| node < range.len()) {
+            let columns = sizes.columns(field).max(1);
+            let rows = range.len() / columns;
+            // Along the shorter side.
+            let node = if columns > rows { node % rows * columns + node / rows } else { node };
+            order.push(range.start + node);
+        }
     }
     order
 }
@@ -254,7 +266,8 @@ mod tests {
     use super::*;
 
     fn layout(ends: &[usize], pairs: &[(usize, usize)]) -> Layout {
-        Layout::new(ends, &mut |visit| pairs.iter().for_each(|&(i, j)| visit(i, j))).expect("banded")
+        Layout::new(&Sizes::from(ends.to_vec()), &mut |visit| pairs.iter().for_each(|&(i, j)| visit(i, j)))
+            .expect("banded")
     }
 
     #[test]
@@ -288,11 +301,17 @@ mod tests {
     }
 
     #[test]
-    fn grids_are_refused() {
-        let side = 400;
-        let pairs: Vec<_> = (0..side * (side - 1)).map(|i| (i, i + side)).collect();
-        let ends = [side * side];
-        let found = Layout::new(&ends, &mut |visit| pairs.iter().for_each(|&(i, j)| visit(i, j)));
-        assert_eq!(found, Err(NotBanded));
+    fn grids_are_banded_along_their_shorter_side_and_large_ones_refused() {
+        let grid = |rows: usize, columns: usize| {
+            let down = (0..(rows - 1) * columns).map(|i| (i, i + columns));
+            let across = (0..rows * columns).filter(|i| (i + 1) % columns > 0).map(|i| (i, i + 1));
+            let pairs: Vec<_> = down.chain(across).collect();
+            let mut sizes = Sizes::new();
+            sizes.push("w", rows, columns).expect("small");
+            Layout::new(&sizes, &mut |visit| pairs.iter().for_each(|&(i, j)| visit(i, j)))
+        };
+        assert_eq!(grid(30, 20).expect("narrow").half, 20);
+        assert_eq!(grid(20, 3000).expect("narrow").half, 20);
+        assert_eq!(grid(400, 400), Err(NotBanded));
     }
 }

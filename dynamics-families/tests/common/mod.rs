@@ -2,8 +2,8 @@
 
 use dynamics_families::generated::sum;
 use dynamics_families::model::{
-    Described, EnergyParts, Entries, FamilyModel, FamilyState, Field, Length, OutputDeclaration, Quantity,
-    SizeError, View,
+    Described, EnergyParts, Entries, FamilyModel, FamilyState, Field, Length, Multipliers, OutputDeclaration,
+    Places, Quantity, SizeError, Sizes, View,
 };
 
 /// A state without names.
@@ -13,11 +13,11 @@ pub(crate) struct State {
     q: Vec<f64>,
     u: Vec<f64>,
     inputs: Vec<f64>,
-    ends: Vec<usize>,
+    ends: Sizes,
 }
 
 impl FamilyState for State {
-    fn new(t: f64, q: Vec<f64>, u: Vec<f64>, inputs: Vec<f64>, ends: Vec<usize>) -> Self {
+    fn new(t: f64, q: Vec<f64>, u: Vec<f64>, inputs: Vec<f64>, ends: Sizes) -> Self {
         Self { t, q, u, inputs, ends }
     }
     fn t(&self) -> f64 {
@@ -32,7 +32,7 @@ impl FamilyState for State {
     fn inputs(&self) -> &[f64] {
         &self.inputs
     }
-    fn ends(&self) -> &[usize] {
+    fn ends(&self) -> &Sizes {
         &self.ends
     }
     fn parts_mut(&mut self) -> (&mut f64, &mut [f64], &mut [f64], &mut [f64]) {
@@ -121,11 +121,11 @@ impl<const CONSISTENT: bool> FamilyModel for Bar<CONSISTENT> {
     const REPORT: &'static str = "";
     const EQUATIONS: &'static str = "";
 
-    fn ends(&self) -> Result<Vec<usize>, SizeError> {
+    fn ends(&self) -> Result<Sizes, SizeError> {
         if self.elements < 2 {
             return Err(SizeError::TooFew { count: "elements", value: self.elements, least: 2 });
         }
-        Ok(vec![self.nodes()])
+        Ok(vec![self.nodes()].into())
     }
     fn forces(&self, at: View<'_>, forces: &mut [f64]) {
         let k = self.ea / self.h();
@@ -187,7 +187,7 @@ impl<const CONSISTENT: bool> FamilyModel for Bar<CONSISTENT> {
         (0..self.elements).for_each(|e| self.add_element(e, [[k, -k], [-k, k]], add));
     }
     fn damping(&self, _: View<'_>, _: &mut Entries<'_>) {}
-    fn coordinates(state: &State, accelerations: &[f64]) -> Jets {
+    fn coordinates(state: &State, accelerations: &[f64], _: Multipliers) -> Jets {
         Jets::new(state, accelerations)
     }
     fn output(&self, index: usize, q: &Jets) -> Vec<f64> {
@@ -198,9 +198,9 @@ impl<const CONSISTENT: bool> FamilyModel for Bar<CONSISTENT> {
             _ => Vec::new(),
         }
     }
-    fn places(&self, q: &Jets) -> Vec<(&'static str, Vec<[f64; 3]>)> {
+    fn places(&self, q: &Jets) -> Vec<Places> {
         let place = |i: usize| [self.h() * (i + 1) as f64 + q.q[i], 0.0, 0.0];
-        vec![("node", (0..q.q.len()).map(place).collect())]
+        vec![Places { function: "node", points: (0..q.q.len()).map(place).collect(), columns: None }]
     }
 }
 
@@ -240,8 +240,8 @@ impl FamilyModel for Lattice {
     const REPORT: &'static str = "";
     const EQUATIONS: &'static str = "";
 
-    fn ends(&self) -> Result<Vec<usize>, SizeError> {
-        Ok(vec![self.masses])
+    fn ends(&self) -> Result<Sizes, SizeError> {
+        Ok(vec![self.masses].into())
     }
     fn forces(&self, at: View<'_>, forces: &mut [f64]) {
         forces.iter_mut().enumerate().for_each(|(i, force)| *force = self.force(at.q, i));
@@ -282,7 +282,7 @@ impl FamilyModel for Lattice {
         }
     }
     fn damping(&self, _: View<'_>, _: &mut Entries<'_>) {}
-    fn coordinates(state: &State, accelerations: &[f64]) -> Jets {
+    fn coordinates(state: &State, accelerations: &[f64], _: Multipliers) -> Jets {
         Jets::new(state, accelerations)
     }
     fn output(&self, _: usize, _: &Jets) -> Vec<f64> {
@@ -340,12 +340,12 @@ impl FamilyModel for GuitarString {
     const REPORT: &'static str = "";
     const EQUATIONS: &'static str = "";
 
-    fn ends(&self) -> Result<Vec<usize>, SizeError> {
+    fn ends(&self) -> Result<Sizes, SizeError> {
         if self.mass.len() < self.nodes {
             let last = self.nodes - 1;
             return Err(SizeError::TooShort { parameter: "mass", length: self.mass.len(), last });
         }
-        Ok(vec![self.nodes, 2 * self.nodes])
+        Ok(vec![self.nodes, 2 * self.nodes].into())
     }
     fn forces(&self, at: View<'_>, forces: &mut [f64]) {
         let n = self.nodes;
@@ -403,16 +403,16 @@ impl FamilyModel for GuitarString {
     fn damping(&self, _: View<'_>, add: &mut Entries<'_>) {
         (self.nodes..2 * self.nodes).for_each(|i| add(i, i, self.damping));
     }
-    fn coordinates(state: &State, accelerations: &[f64]) -> Jets {
+    fn coordinates(state: &State, accelerations: &[f64], _: Multipliers) -> Jets {
         Jets::new(state, accelerations)
     }
     fn output(&self, index: usize, q: &Jets) -> Vec<f64> {
         if index == 0 { vec![q.q[self.nodes + self.nodes / 2]] } else { Vec::new() }
     }
-    fn places(&self, q: &Jets) -> Vec<(&'static str, Vec<[f64; 3]>)> {
+    fn places(&self, q: &Jets) -> Vec<Places> {
         let n = self.nodes;
         let place = |i: usize| [self.pitch * (i + 1) as f64 + q.q[i], q.q[n + i], 0.0];
-        vec![("place", (0..n).map(place).collect())]
+        vec![Places { function: "place", points: (0..n).map(place).collect(), columns: None }]
     }
 }
 
@@ -451,8 +451,8 @@ impl FamilyModel for Trolley {
     const REPORT: &'static str = "";
     const EQUATIONS: &'static str = "";
 
-    fn ends(&self) -> Result<Vec<usize>, SizeError> {
-        Ok(vec![1, 1 + self.masses])
+    fn ends(&self) -> Result<Sizes, SizeError> {
+        Ok(vec![1, 1 + self.masses].into())
     }
     fn forces(&self, at: View<'_>, forces: &mut [f64]) {
         forces[0] = 0.0;
@@ -492,7 +492,7 @@ impl FamilyModel for Trolley {
         }
     }
     fn damping(&self, _: View<'_>, _: &mut Entries<'_>) {}
-    fn coordinates(state: &State, accelerations: &[f64]) -> Jets {
+    fn coordinates(state: &State, accelerations: &[f64], _: Multipliers) -> Jets {
         Jets::new(state, accelerations)
     }
     fn output(&self, _: usize, _: &Jets) -> Vec<f64> {

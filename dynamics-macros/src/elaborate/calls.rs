@@ -6,6 +6,7 @@ use quote::ToTokens;
 use syn::punctuated::Punctuated;
 use syn::{Expr, ExprCall, ExprMethodCall, FnArg, Ident, Token};
 
+use dynamics_symbolic::families::Axis;
 use dynamics_symbolic::graph::{Dependence, Number};
 
 use super::Elaborator;
@@ -97,7 +98,12 @@ impl<'a> Elaborator<'a> {
             Value::Index(_) => {
                 self.fail(name.span(), &messages::index_form(name, crate::syntax::MOST_OFFSET))
             }
-            Value::Family(field) if text == "len" && arguments.is_empty() => self.length_of(field),
+            Value::Family(field) if text == "len" && arguments.is_empty() => {
+                self.length_of(field, Axis::First)
+            }
+            Value::GridRow(field, _) if text == "len" && arguments.is_empty() => {
+                self.length_of(field, Axis::Second)
+            }
             // An unknown argument is reported where it stands.
             _ if arguments.iter().any(|(argument, _)| argument.is_poison()) => Value::Poison,
             other => self.unknown_method(&other, name, &[]),
@@ -128,7 +134,7 @@ impl<'a> Elaborator<'a> {
             RENAMED.iter().find(|(wrong, right)| *wrong == text && known.contains(right)).map(|(_, r)| *r);
         let hint = match renamed.or_else(|| crate::suggest::nearest(&text, known.iter().copied())) {
             Some(best) => format!("did you mean `{best}`?"),
-            None if matches!(receiver, Value::Family(_) | Value::Numbered(_)) => {
+            None if matches!(receiver, Value::Family(_) | Value::GridRow(..) | Value::Numbered(_)) => {
                 "write `(0..self.n).map(|i| ..)` or a `for` loop, and read the nodes by their index".into()
             }
             None if matches!(receiver, Value::Range(_)) => {

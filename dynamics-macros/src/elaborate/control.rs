@@ -309,7 +309,9 @@ impl<'a> Elaborator<'a> {
             Value::Poison => Rc::new(vec![Value::Poison]),
             other => {
                 let message = match other {
-                    Value::Family(_) | Value::Numbered(_) => messages::family_as_list(other.shape()),
+                    Value::Family(_) | Value::GridRow(..) | Value::Numbered(_) => {
+                        messages::family_as_list(other.shape())
+                    }
                     other => messages::not_iterable(other.shape()),
                 };
                 return self.fail(Place::of(&e.expr), &message);
@@ -366,6 +368,7 @@ pub(super) fn same(a: &Value, b: &Value) -> bool {
         (Value::Index(a), Value::Index(b)) => a == b,
         (Value::Range(a), Value::Range(b)) => a == b,
         (Value::Family(a), Value::Family(b)) | (Value::Numbered(a), Value::Numbered(b)) => a == b,
+        (Value::GridRow(a, i), Value::GridRow(b, j)) => (a, i) == (b, j),
         (Value::Mapped(a), Value::Mapped(b)) => Rc::ptr_eq(a, b),
         (Value::Total(a), Value::Total(b)) => Rc::ptr_eq(a, b),
         (Value::Accumulator(a), Value::Accumulator(b)) => Rc::ptr_eq(a, b),

@@ -113,7 +113,7 @@ impl Elaborator<'_> {
             return self.fail(place, &messages::array_beside_families(&name));
         }
         let index = NodeIndex::Fixed(Anchor::Start(0));
-        self.families.found.locals.push(Local { field: field as u32, index });
+        self.families.found.locals.push(Local::of(field as u32, index));
         let text = self.families.coordinates[field].unit_text.clone();
         self.declare_symbol(SymbolKind::Coordinate, name, text, place);
         let number = self.model.coordinates.len() as u32 - 1;
@@ -128,8 +128,11 @@ impl Elaborator<'_> {
             .into_iter()
             .map(|n| Value::Scalar(self.declare_scalar(kind, n, &declared, place)))
             .collect();
-        match (quantity.length, scalars.first()) {
-            (None, Some(scalar)) => scalar.clone(),
+        match (quantity.length, quantity.columns, scalars.first()) {
+            (None, _, Some(scalar)) => scalar.clone(),
+            (_, Some(columns), _) if columns > 0 => {
+                Value::array(scalars.chunks(columns).map(|row| Value::array(row.to_vec())).collect())
+            }
             _ => Value::array(scalars),
         }
     }

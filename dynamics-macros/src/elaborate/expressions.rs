@@ -399,7 +399,8 @@ impl<'a> Elaborator<'a> {
         self.is_of(index, TypeOf::USIZE);
         match (base, index) {
             (Value::Poison, _) | (_, Value::Poison) => Value::Poison,
-            (Value::Family(field), index) => self.node(*field, index, at),
+            (Value::Family(field), index) => self.node_or_row(*field, index, at),
+            (Value::GridRow(field, row), index) => self.node_of_row(*field, *row, index, at),
             (Value::Numbered(parameter), index) => self.numbered_element(*parameter, index, at),
             (Value::Array(items) | Value::Sequence(items), Value::Integer(i)) => {
                 match pick(i.value, items.len()) {

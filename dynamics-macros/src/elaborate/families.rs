@@ -5,6 +5,9 @@
 //! elaborated by themselves, so that `if i == 0 { .. }` gives a round of its own. What a round reads is a
 //! symbol of its element: `s[i]` and `s[i + 1]` are two coordinates there.
 //!
+//! A loop inside another one has a second index, j. A comparison in its rounds may cut either range: that of
+//! the outer loop is elaborated again from there.
+//!
 //! A count is taken to be larger than every number that it is compared with. How large it has to be for that
 //! is noted, and checked when the model is used.
 
@@ -14,7 +17,7 @@ mod nodes;
 mod sums;
 
 use dynamics_symbolic::families::{
-    Anchor, FamilyModel, Field, Local, NodeIndex, Range, Source, Term, TermKind,
+    Anchor, Axis, FamilyModel, Field, Local, NodeIndex, Range, Rounds, Source, Term, TermKind,
 };
 use syn::Ident;
 
@@ -23,7 +26,7 @@ use super::calls::Argument;
 use super::values::{Numbered, Value};
 use crate::diagnostics::Place;
 use crate::messages;
-use crate::syntax::FieldKind;
+use crate::syntax::{FamilyLength, FieldKind};
 use indices::{index_of, value_of};
 
 /// Families in elaboration; without counts in models that have none.
@@ -40,11 +43,17 @@ pub(super) struct Families {
     /// What is found, but for the graph and the names of its symbols.
     pub(super) found: FamilyModel,
     /// The rounds that are elaborated.
-    pub(super) range: Option<Range>,
-    /// Where their range has to be cut: they do not decide a comparison alike.
-    pub(super) cut: Option<Anchor>,
-    /// For functions `(&self, q, index)`: the indices for which they were called.
-    pub(super) called: Vec<(usize, Range)>,
+    pub(super) rounds: Rounds,
+    /// Which elaboration of a round this is, 0 outside of all rounds: a sum that was made in another one is
+    /// none of this one.
+    pub(super) scope: u32,
+    /// How many rounds were elaborated.
+    pub(super) scopes: u32,
+    /// Where the range of an index has to be cut: its rounds do not decide a comparison alike.
+    pub(super) cut: Option<(Axis, Anchor)>,
+    /// For functions `(&self, q, index)` and `(&self, q, index, index)`: the indices for which they were
+    /// called.
+    pub(super) called: Vec<(usize, Vec<Range>)>,
 }
 
 impl Elaborator<'_> {
@@ -61,32 +70,35 @@ impl Elaborator<'_> {
 
     /// The field of a coordinate for the engine.
     pub(super) fn note_field(&mut self, name: &Ident, unit: String) {
-        let length = self.declaration.coordinates.iter().find(|quantity| quantity.name == *name);
-        let length = length.and_then(|quantity| quantity.family.as_ref()).and_then(|family| {
+        let quantity = self.declaration.coordinates.iter().find(|quantity| quantity.name == *name);
+        let anchor = |family: Option<&FamilyLength>| {
+            let family = family?;
             let count = self.declaration.counts().position(|known| *known == family.count)?;
             Some(Anchor::End { count: count as u32, plus: family.plus })
-        });
-        self.families.found.fields.push(Field { name: name.to_string(), unit, length });
+        };
+        let length = anchor(quantity.and_then(|quantity| quantity.family.as_ref()));
+        let columns = anchor(quantity.and_then(|quantity| quantity.family_columns.as_ref()));
+        self.families.found.fields.push(Field { name: name.to_string(), unit, length, columns });
     }
 
-    /// `q.s.len()`.
-    pub(super) fn length_of(&mut self, field: usize) -> Value {
-        let length = self.families.found.fields[field].length;
+    /// `q.s.len()`, `q.w.len()`, `q.w[i].len()`.
+    pub(super) fn length_of(&mut self, field: usize, axis: Axis) -> Value {
+        let field = &self.families.found.fields[field];
+        let length = if axis == Axis::First { field.length } else { field.columns };
         length.map_or(Value::Poison, |length| value_of(NodeIndex::Fixed(length)))
     }
 
     /// Notes for which indices a helper is called.
     pub(super) fn note_call(&mut self, function: usize, arguments: &[Argument]) {
-        let [(Value::Model, _), (Value::Coordinates, _), (index, _)] = arguments else { return };
-        let (Some(index), true) = (index_of(index), self.families.symbolic) else { return };
-        let range = match (index, self.families.range) {
-            (NodeIndex::Fixed(at), _) => Range { start: at, end: at.shifted(1) },
-            (NodeIndex::Round(k), Some(range)) => {
-                Range { start: range.start.shifted(k), end: range.end.shifted(k) }
-            }
-            (NodeIndex::Round(_), None) => return,
-        };
-        self.families.called.push((function, range));
+        let [(Value::Model, _), (Value::Coordinates, _), indices @ ..] = arguments else { return };
+        if !self.families.symbolic || !(1..=2).contains(&indices.len()) {
+            return;
+        }
+        let rounds = self.families.rounds;
+        let ranges = indices.iter().map(|(index, _)| index_of(index)?.values(rounds));
+        if let Some(ranges) = ranges.collect::<Option<Vec<Range>>>() {
+            self.families.called.push((function, ranges));
+        }
     }
 
     /// Refuses speeds, and numbered parameters and counts that nothing reads.
@@ -109,10 +121,11 @@ impl Elaborator<'_> {
         for (k, field) in fields.enumerate() {
             let of = |anchor: Anchor| matches!(anchor, Anchor::End { count, .. } if count as usize == k);
             let of_rows = found.constraints.iter().flat_map(|c| &c.parts).filter_map(|part| part.range);
-            let ranges = found.terms.iter().filter_map(|term| term.range).chain(of_rows);
+            let ranges = found.terms.iter().flat_map(|term| term.rounds.ranges()).chain(of_rows);
             let ends = ranges.flat_map(|range| [range.start, range.end]);
-            let lengths = found.fields.iter().filter_map(|field| field.length);
-            let node = |local: &Local| matches!(local.index, NodeIndex::Fixed(anchor) if of(anchor));
+            let lengths = found.fields.iter().flat_map(|field| [field.length, field.columns]).flatten();
+            let fixed = |index: NodeIndex| matches!(index, NodeIndex::Fixed(anchor) if of(anchor));
+            let node = |local: &Local| fixed(local.index) || local.column.is_some_and(fixed);
             let number = |source: &Source| matches!(source, Source::Count(count) if *count as usize == k);
             let read = ends.chain(lengths).chain(found.reads.iter().map(|(_, end)| *end)).any(of)
                 || found.locals.iter().any(node)
@@ -137,19 +150,19 @@ impl Elaborator<'_> {
     ) {
         let parts = match value {
             Value::Total(total) => {
-                let rounds = total.rounds.iter().map(|(range, value)| (Some(*range), value.clone()));
-                rounds.chain([(None, total.rest.clone())]).collect()
+                let once = (Rounds::Once, total.rest.clone());
+                total.rounds.iter().cloned().chain([once]).collect()
             }
-            other => vec![(None, other)],
+            other => vec![(Rounds::Once, other)],
         };
-        for (range, value) in parts {
+        for (rounds, value) in parts {
             let Some(kind) = kind(self, value) else { return };
             if is_nothing(self, &kind) {
                 continue;
             }
             let origin = self.origins.add(place);
             let function = function.to_owned();
-            self.families.found.terms.push(Term { function, range, kind, origin });
+            self.families.found.terms.push(Term { function, rounds, kind, origin });
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use dynamics_symbolic::check::units::UnitExpr;
-use dynamics_symbolic::families::{NodeIndex, Range};
+use dynamics_symbolic::families::{NodeIndex, Range, Rounds};
 use dynamics_symbolic::graph::{Comparison, FunctionId, NodeId};
 use proc_macro2::Span;
 
@@ -89,14 +89,16 @@ pub(super) enum Value {
     Index(NodeIndex),
     /// Indices up to a count.
     Range(Range),
-    /// What every round of a range gives; without a range, what a single index gives.
-    Mapped(Rc<Vec<(Option<Range>, Value)>>),
+    /// What every round of a range gives, and what single indices give, which have the rounds around.
+    Mapped(Rc<Vec<(Rounds, Value)>>),
     /// A sum over an index.
     Total(Rc<Total>),
     /// A variable to which the rounds of a loop add.
     Accumulator(Rc<Vec<Addend>>),
     /// `q.s` of a family.
     Family(usize),
+    /// `q.w[i]` of a grid.
+    GridRow(usize, NodeIndex),
     /// `self.mass` of a parameter with an element for every index.
     Numbered(usize),
 }
@@ -106,8 +108,10 @@ pub(super) enum Value {
 pub(super) struct Total {
     /// What is added once.
     pub(super) rest: Value,
-    /// What every round adds.
-    pub(super) rounds: Vec<(Range, Value)>,
+    /// What every round adds, of all loops that are open there.
+    pub(super) rounds: Vec<(Rounds, Value)>,
+    /// The elaboration of a round in which the sum was made.
+    pub(super) scope: u32,
 }
 
 /// What a round of a loop adds to a variable, and where.
@@ -142,6 +146,14 @@ impl Value {
     }
     pub(super) fn matrix(rows: [[Scalar; 3]; 3]) -> Self {
         Self::Matrix(Rc::new(rows))
+    }
+    /// Whether it is poison, or contains some.
+    pub(super) fn has_poison(&self) -> bool {
+        match self {
+            Self::Poison => true,
+            Self::Array(all) | Self::Sequence(all) | Self::Tuple(all) => all.iter().any(Self::has_poison),
+            _ => false,
+        }
     }
     pub(super) fn is_poison(&self) -> bool {
         matches!(self, Self::Poison)
@@ -186,6 +198,7 @@ impl Value {
             Self::Total(_) => "a sum over an index".into(),
             Self::Accumulator(_) => "a sum that a loop adds up".into(),
             Self::Family(_) => "a family of coordinates".into(),
+            Self::GridRow(..) => "a row of a grid of coordinates, which needs a second index".into(),
             Self::Numbered(_) => "a parameter with an index".into(),
         }
     }

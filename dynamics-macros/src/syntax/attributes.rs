@@ -121,17 +121,21 @@ fn quantities(tokens: TokenStream, what: &str, d: &mut Diagnostics) -> Vec<Quant
             d.error(name.span(), &messages::keyword_as_name(&name, what));
             continue;
         }
-        let Some((unit, length)) = quantity(&rest, d) else { continue };
-        let (length, family) = match length {
-            Some(Length::Family(family)) if what == "coordinate" => (None, Some(family)),
-            Some(Length::Family(family)) => {
-                d.error(family.count.span(), &messages::family_of(what));
+        let Some((unit, lengths)) = quantity(&rest, d) else { continue };
+        let mut new =
+            Quantity { name, length: None, columns: None, family: None, family_columns: None, unit };
+        match lengths {
+            Lengths::None => {}
+            Lengths::Literal(n) => new.length = Some(n),
+            Lengths::Family(length, columns) if what == "coordinate" => {
+                (new.family, new.family_columns) = (Some(length), columns);
+            }
+            Lengths::Family(length, _) => {
+                d.error(length.count.span(), &messages::family_of(what));
                 continue;
             }
-            Some(Length::Literal(n)) => (Some(n), None),
-            None => (None, None),
-        };
-        let quantity = Quantity { name, length, family, unit };
+        }
+        let quantity = new;
         scalars += quantity.scalars();
         if scalars > MAX_LENGTH {
             d.error(place(&part), &messages::too_many_parameters(MAX_LENGTH));
@@ -143,42 +147,61 @@ fn quantities(tokens: TokenStream, what: &str, d: &mut Diagnostics) -> Vec<Quant
 }
 
 /// How many there are of a quantity.
-enum Length {
+enum Lengths {
+    None,
     Literal(usize),
-    Family(FamilyLength),
+    /// Those of a family; of a grid its rows and columns.
+    Family(FamilyLength, Option<FamilyLength>),
 }
 
-/// `unit`, `_`, or `[unit; length]`.
-fn quantity(rest: &[TokenTree], d: &mut Diagnostics) -> Option<(Option<UnitText>, Option<Length>)> {
-    let [TokenTree::Group(group)] = rest else { return Some((unit(rest), None)) };
+/// `unit`, `_`, `[unit; length]`, or `[[unit; self.columns]; self.rows]`.
+fn quantity(rest: &[TokenTree], d: &mut Diagnostics) -> Option<(Option<UnitText>, Lengths)> {
+    const EXAMPLE: &str = "`name: [unit; length]`";
+    let Some((inside, after, place)) = array(rest) else { return Some((unit(rest), Lengths::None)) };
+    let Some(after) = after else {
+        d.error(place, &messages::attribute_entry(EXAMPLE));
+        return None;
+    };
+    let Some((columns_inside, columns, inner)) = array(&inside) else {
+        let lengths = match family_length(&after) {
+            Some(family) => Lengths::Family(family, None),
+            None => Lengths::Literal(length(&after, d)?),
+        };
+        return Some((unit(&inside), lengths));
+    };
+    let Some(rows) = family_length(&after) else {
+        let message = match columns.as_ref().and_then(family_length) {
+            Some(_) => messages::grid_of_families(),
+            None => messages::attribute_entry("`name: [unit; length]`, a name for each row"),
+        };
+        d.error(inner, &message);
+        return None;
+    };
+    let Some(columns) = columns.as_ref().and_then(family_length) else {
+        d.error(inner, &messages::grid_of_families());
+        return None;
+    };
+    if let Some((.., innermost)) = array(&columns_inside) {
+        d.error(innermost, &messages::three_indices());
+        return None;
+    }
+    Some((unit(&columns_inside), Lengths::Family(rows, Some(columns))))
+}
+
+/// The tokens of `[inside; after]`, what follows the semicolon, `None` where that is no expression, and where
+/// it stands. `None` for other tokens.
+fn array(tokens: &[TokenTree]) -> Option<(Vec<TokenTree>, Option<Expr>, Place)> {
+    let [TokenTree::Group(group)] = tokens else { return None };
     if group.delimiter() != Delimiter::Bracket {
-        return Some((unit(rest), None));
+        return None;
     }
-    let inside: Vec<TokenTree> = group.stream().into_iter().collect();
+    let mut inside: Vec<TokenTree> = group.stream().into_iter().collect();
     let semicolon = inside.iter().position(|t| matches!(t, TokenTree::Punct(p) if p.as_char() == ';'));
-    let Some(at) = semicolon else {
-        d.error(Place::of(group), &messages::attribute_entry("`name: [unit; length]`"));
-        return None;
-    };
-    if let [TokenTree::Group(inner)] = &inside[..at]
-        && inner.delimiter() == Delimiter::Bracket
-    {
-        d.error(Place::of(inner), &messages::attribute_entry("`name: [unit; length]`, a name for each row"));
-        return None;
-    }
-    let after: TokenStream = inside[at + 1..].iter().cloned().collect();
-    let expr = match syn::parse2::<Expr>(after) {
-        Ok(expr) => expr,
-        Err(_) => {
-            d.error(Place::of(group), &messages::attribute_entry("`name: [unit; length]`"));
-            return None;
-        }
-    };
-    let length = match family_length(&expr) {
-        Some(family) => Length::Family(family),
-        None => Length::Literal(length(&expr, d)?),
-    };
-    Some((unit(&inside[..at]), Some(length)))
+    let after = semicolon.and_then(|at| {
+        let after: TokenStream = inside.split_off(at).into_iter().skip(1).collect();
+        syn::parse2::<Expr>(after).ok()
+    });
+    Some((inside, after, Place::of(group)))
 }
 
 /// A unit's tokens; `None` for `_` and nothing.
@@ -470,7 +493,7 @@ fn check_lengths(declaration: &mut Declaration, d: &mut Diagnostics) {
         }
         found
     };
-    declaration.coordinates.retain(|c| c.family.as_ref().is_none_or(&mut known));
+    declaration.coordinates.retain(|c| [&c.family, &c.family_columns].into_iter().flatten().all(&mut known));
     if declaration.has_families() || d.len() > 0 {
         return;
     }

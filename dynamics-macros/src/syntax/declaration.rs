@@ -137,10 +137,14 @@ pub(crate) const MAX_LENGTH: usize = 10_000;
 #[derive(Clone, Debug)]
 pub(crate) struct Quantity {
     pub(crate) name: Ident,
-    /// `Some(n)` for an array of n.
+    /// `Some(n)` for an array of n, or of n rows.
     pub(crate) length: Option<usize>,
-    /// The length of a family, which is known when the program runs.
+    /// `Some(n)` for rows of n each.
+    pub(crate) columns: Option<usize>,
+    /// The length of a family, of a grid the number of its rows, which is known when the program runs.
     pub(crate) family: Option<FamilyLength>,
+    /// The number of columns of a grid.
+    pub(crate) family_columns: Option<FamilyLength>,
     /// `None` where the user leaves it open.
     pub(crate) unit: Option<UnitText>,
 }
@@ -157,13 +161,17 @@ pub(crate) struct FamilyLength {
 impl Quantity {
     /// Number of scalars.
     pub(crate) fn scalars(&self) -> usize {
-        self.length.unwrap_or(1)
+        self.length.unwrap_or(1) * self.columns.unwrap_or(1)
     }
-    /// The scalars' names: `x`, or `theta[0]`, `theta[1]`, …
+    /// The scalars' names: `x`, or `theta[0]`, `theta[1]`, …, or `w[0][0]`, `w[0][1]`, …
     pub(crate) fn names(&self) -> Vec<String> {
-        match self.length {
-            None => vec![self.name.to_string()],
-            Some(n) => (0..n).map(|i| format!("{}[{i}]", self.name)).collect(),
+        let name = &self.name;
+        match (self.length, self.columns) {
+            (None, _) => vec![name.to_string()],
+            (Some(n), None) => (0..n).map(|i| format!("{name}[{i}]")).collect(),
+            (Some(n), Some(m)) => {
+                (0..n).flat_map(|i| (0..m).map(move |j| format!("{name}[{i}][{j}]"))).collect()
+            }
         }
     }
 }
@@ -215,9 +223,11 @@ impl Declaration {
     /// The same model with families as arrays of fixed length: `value` of the count plus the constant.
     pub(crate) fn at_counts(&self, value: impl Fn(&Ident) -> i64) -> Self {
         let mut all = self.clone();
+        let at = |family: FamilyLength| usize::try_from(value(&family.count) + family.plus).ok();
         for quantity in &mut all.coordinates {
             if let Some(family) = quantity.family.take() {
-                quantity.length = usize::try_from(value(&family.count) + family.plus).ok();
+                quantity.length = at(family);
+                quantity.columns = quantity.family_columns.take().and_then(at);
             }
         }
         all

@@ -48,7 +48,7 @@ impl Function {
         self.takes_coordinates_only() && self.returns_vectors()
     }
 
-    /// Whether it could say where the node with an index is: `(&self, q, index)` to a vector.
+    /// Whether it could say where the node with an index, or with two, is: `(&self, q, index)` to a vector.
     pub(crate) fn may_be_place_of_index(&self) -> bool {
         let inputs = &self.item.sig.inputs;
         let is_index = |argument: &FnArg| match argument {
@@ -61,8 +61,8 @@ impl Function {
         };
         self.role == Role::Helper
             && second
-            && inputs.len() == 3
-            && inputs.get(2).is_some_and(is_index)
+            && (3..=4).contains(&inputs.len())
+            && inputs.iter().skip(2).all(is_index)
             && self.returns_vectors()
     }
 

@@ -7,7 +7,7 @@ use crate::graph::{Dependence, Graph, NodeId, Origin, Symbol};
 use crate::mechanics::{EnergyRole, ForceTerm};
 
 use super::index_free::drop_index;
-use super::model::{FamilyModel, NodeIndex, Range, TermKind};
+use super::model::{Axis, FamilyModel, NodeIndex, Rounds, TermKind};
 use super::rows::{self, RowElement};
 use super::slopes::{entries, slopes};
 use super::springs;
@@ -16,8 +16,8 @@ use super::springs;
 /// among the locals.
 #[derive(Clone, Debug, Default)]
 pub struct Element {
-    /// The rounds; `None`: once, with no index.
-    pub range: Option<Range>,
+    /// When it is added.
+    pub rounds: Rounds,
     /// The functions that it comes from.
     pub functions: Vec<String>,
     /// Q, where it is not zero.
@@ -74,15 +74,15 @@ pub enum NoElement {
 /// A kinetic energy whose mass matrix is not constant.
 pub fn derive(model: &mut FamilyModel) -> Result<Derived, Vec<NoElement>> {
     drop_index(model);
-    let mut groups: BTreeMap<Option<Range>, Vec<usize>> = BTreeMap::new();
+    let mut groups: BTreeMap<Rounds, Vec<usize>> = BTreeMap::new();
     for (k, term) in model.terms.iter().enumerate() {
-        groups.entry(term.range).or_default().push(k);
+        groups.entry(term.rounds).or_default().push(k);
     }
     let (mut elements, mut errors, mut homogeneous) = (Vec::new(), Vec::new(), true);
     // What has no rounds comes last: it is added to what the loops have written.
-    let alone = groups.remove(&None);
-    for (range, terms) in groups.into_iter().chain(alone.map(|terms| (None, terms))) {
-        let mut element = Element { range, ..Element::default() };
+    let once = groups.remove(&Rounds::Once);
+    for (rounds, terms) in groups.into_iter().chain(once.map(|terms| (Rounds::Once, terms))) {
+        let mut element = Element { rounds, ..Element::default() };
         for k in terms {
             errors.extend(add(model, &mut element, k, &mut homogeneous));
         }
@@ -242,13 +242,47 @@ fn add_entry(g: &mut Graph, all: &mut Vec<(usize, usize, NodeId)>, a: usize, b: 
     all.retain(|(.., m)| !g.is_zero(*m));
 }
 
+/// How the forces of an element with rounds come to its nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gathering {
+    /// One loop, nodes with one index: every node gathers what the rounds beside it give.
+    Line,
+    /// Two loops, and all nodes are `[i + k][j + l]` of grids: likewise.
+    Grid,
+    /// Every round adds to its nodes, as at the edges of a grid.
+    Added,
+}
+
 impl Element {
-    /// How far below and above the round's index the nodes are to which it gives forces.
+    /// How its forces come to the nodes; `None` without rounds or forces.
     #[must_use]
-    pub fn reach(&self, model: &FamilyModel) -> Option<(i64, i64)> {
-        let offsets = self.forces.iter().filter_map(|(a, _)| match model.locals[*a].index {
-            NodeIndex::Round(k) => Some(k),
-            NodeIndex::Fixed(_) => None,
+    pub fn gathering(&self, model: &FamilyModel) -> Option<Gathering> {
+        let mut nodes = self.forces.iter().map(|(a, _)| model.locals[*a]).peekable();
+        nodes.peek()?;
+        let moves = |index: NodeIndex, of: Axis| matches!(index, NodeIndex::Round(axis, _) if axis == of);
+        match self.rounds {
+            Rounds::Once => None,
+            Rounds::Over(_) if nodes.all(|node| node.column.is_none()) => Some(Gathering::Line),
+            Rounds::Nested(..)
+                if nodes.all(|node| {
+                    moves(node.index, Axis::First)
+                        && node.column.is_some_and(|column| moves(column, Axis::Second))
+                }) =>
+            {
+                Some(Gathering::Grid)
+            }
+            _ => Some(Gathering::Added),
+        }
+    }
+
+    /// How far below and above the index of an axis the nodes are to which a round gives forces.
+    #[must_use]
+    pub fn reach(&self, model: &FamilyModel, axis: Axis) -> Option<(i64, i64)> {
+        let nodes = self.forces.iter().map(|(a, _)| model.locals[*a]);
+        let indices = nodes.flat_map(|node| [Some(node.index), node.column]).flatten();
+        let offsets = indices.filter_map(|index| match index {
+            NodeIndex::Round(of, k) if of == axis => Some(k),
+            _ => None,
         });
         offsets.fold(None, |reach, k| Some(reach.map_or((k, k), |(a, b): (i64, i64)| (a.min(k), b.max(k)))))
     }

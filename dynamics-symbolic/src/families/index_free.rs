@@ -12,9 +12,16 @@ use super::model::{FamilyModel, Source, TermKind};
 
 /// Rewrites all terms. Values stay as they are.
 pub(super) fn drop_index(model: &mut FamilyModel) {
-    let Some(index) = model.sources.iter().position(|source| *source == Source::Round) else { return };
+    for index in 0..model.sources.len() {
+        if matches!(model.sources[index], Source::Round(_)) {
+            drop_one(model, Symbol::Parameter(index as u32));
+        }
+    }
+}
+
+fn drop_one(model: &mut FamilyModel, index: Symbol) {
     let g = &mut model.model.graph;
-    let index = g.symbol(Symbol::Parameter(index as u32));
+    let index = g.symbol(index);
     let mut places: Vec<&mut NodeId> = Vec::new();
     for term in &mut model.terms {
         match &mut term.kind {

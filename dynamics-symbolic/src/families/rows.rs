@@ -3,11 +3,13 @@
 //! The formulas are those of `mechanics/constraints.rs`: with D the derivative along q → q̇, t → 1 at fixed
 //! q̇, Φ̇ = DΦ and γ = −DΦ̇; a row A q̇ + b of a nonholonomic constraint stands in the place of Φ̇.
 
+use std::collections::BTreeMap;
+
 use crate::calculus::{directional, remove_time};
 use crate::graph::{Graph, NodeId, Symbol};
 use crate::mechanics::ConstraintKind;
 
-use super::model::{Anchor, FamilyModel, Range};
+use super::model::{Anchor, Axis, FamilyModel, NodeIndex, Range, Rounds};
 use super::slopes::{entries, slopes};
 
 /// What one round says of one component of a constraint; nodes of the model's graph, coordinates by their
@@ -102,6 +104,42 @@ fn term(g: &mut Graph, node: NodeId, kind: ConstraintKind, n: usize) -> RowTerm 
 }
 
 impl RowElement {
+    /// Its rounds.
+    #[must_use]
+    pub fn rounds_of_loop(&self) -> Rounds {
+        self.range.map_or(Rounds::Once, Rounds::Over)
+    }
+
+    /// The number of the row of round i, in terms of i; `None` where it is no index of the usual form.
+    #[must_use]
+    pub fn number(&self) -> Option<NodeIndex> {
+        // A sum of a number and of counts with factors.
+        let (mut number, mut counts) = (self.alone_before, BTreeMap::new());
+        let mut add = |anchor: Anchor, sign: i64| match anchor {
+            Anchor::Start(k) => number += sign * k,
+            Anchor::End { count, plus } => {
+                number += sign * plus;
+                *counts.entry(count).or_insert(0) += sign;
+            }
+        };
+        for range in &self.before {
+            add(range.end, 1);
+            add(range.start, -1);
+        }
+        if let Some(range) = self.range {
+            add(range.start, -1);
+        }
+        counts.retain(|_, factor| *factor != 0);
+        match (self.range, counts.iter().next(), counts.len()) {
+            (Some(_), None, _) => Some(NodeIndex::Round(Axis::First, number)),
+            (None, None, _) => Some(NodeIndex::Fixed(Anchor::Start(number))),
+            (None, Some((count, 1)), 1) => {
+                Some(NodeIndex::Fixed(Anchor::End { count: *count, plus: number }))
+            }
+            _ => None,
+        }
+    }
+
     /// The number of its first row, at these counts.
     #[must_use]
     pub fn first_row(&self, counts: &[i64]) -> i64 {

@@ -1,46 +1,85 @@
 //! Equations with ranges of indices, and the report.
 
+use std::collections::BTreeMap;
+
 use crate::graph::{NodeId, Symbol};
 use crate::schedule::{Staging, schedule};
 use crate::text::{entry, statements};
 
 use super::derive::{Derived, Element};
-use super::model::{Anchor, FamilyModel, NodeIndex, Range, Source};
-use super::shift::shifted;
+use super::dispersion;
+use super::model::{Anchor, Axis, FamilyModel, Field, Local, Multiplier, NodeIndex, Range, Rounds, Source};
+use super::rows::RowElement;
+use super::shift::{multiplier, shifted};
 
-/// The equations of motion: for every field a row for each range of nodes that have the same one. A row of an
-/// ordinary coordinate is followed by what every round adds to it. May add nodes to the graph.
+/// The equations of motion: for every field a row for each range of nodes that have the same one. A row is
+/// followed by what every round adds to it, as to an ordinary coordinate. May add nodes to the graph.
 #[must_use]
 pub fn equations(family: &mut FamilyModel, derived: &Derived) -> String {
     let mut out = format!("{}: equations of motion\n\n", family.model.name);
     let mut rows = Vec::new();
     let counts = family.counts.clone();
-    let rounds =
-        |range: Range| format!("for {} <= i < {}", range.start.text(&counts), range.end.text(&counts));
     for field in 0..family.fields.len() {
-        let Some(ranges) = ranges(family, derived, field as u32) else {
+        let Some(cells) = cells(family, derived, field as u32) else {
             out.push_str("several counts order the nodes: the equations are not written row by row\n");
             return out;
         };
-        for range in ranges {
-            let (left, right) = row(family, derived, field as u32, range, None);
-            let appended = match range.filter(|range| single(*range).is_none()) {
-                Some(range) => format!("    {}", rounds(range)),
-                None => String::new(),
+        for cell in cells {
+            let of_many = |axis: &Axis| cell.range(*axis).is_some_and(|range| single(range).is_none());
+            let ranges = Axis::ALL.into_iter().filter(of_many);
+            let ranges = ranges.filter_map(|axis| cell.range(axis).map(|range| (axis, range)));
+            let appended = match ranges.collect::<Vec<_>>() {
+                all if all.is_empty() => String::new(),
+                all => format!("    {}", in_words(&all, &counts)),
             };
-            rows.push((left, right, appended));
-            for element in derived.elements.iter().filter(|_| range.is_none()) {
-                let Some(of) = element.range else { continue };
-                let (left, right) = row(family, derived, field as u32, range, Some(of));
+            for (summed, (left, right)) in row(family, derived, field as u32, cell) {
                 let g = &family.model.graph;
-                if !g.is_zero(left) || !g.is_zero(right) {
-                    rows.push((left, right, format!("    added {}", rounds(of))));
+                if summed.is_empty() {
+                    rows.push((left, right, appended.clone()));
+                } else if !g.is_zero(left) || !g.is_zero(right) {
+                    let more = format!("{appended}    added {}", in_words(&summed, &counts));
+                    rows.push((left, right, more));
                 }
             }
         }
     }
     out.push_str(&statements(&mut family.model, &rows));
+    if !derived.rows.is_empty() {
+        out.push_str("\nconstraints\n\n");
+        let rows = restrictions(family, derived);
+        out.push_str(&statements(&mut family.model, &rows));
+    }
     out
+}
+
+/// What the constraints say: 0 = Φ, or 0 = A q̇ + b, a line for each range.
+fn restrictions(family: &FamilyModel, derived: &Derived) -> Vec<(NodeId, NodeId, String)> {
+    let (zero, mut rows) = (family.model.graph.zero(), Vec::new());
+    for element in &derived.rows {
+        let declared = &family.constraints[element.constraint];
+        let range = match element.range {
+            None => String::new(),
+            Some(range) => {
+                let words = in_words(&[(Axis::First, range)], &family.counts);
+                if declared.numbered { format!("    {words}") } else { format!("    added {words}") }
+            }
+        };
+        for term in &element.components {
+            let node = if declared.is_holonomic() { term.residual } else { term.velocity_residual };
+            if element.range.is_some() || declared.numbered || !family.model.graph.is_zero(node) {
+                rows.push((zero, node, range.clone()));
+            }
+        }
+    }
+    rows
+}
+
+/// `for 1 <= i < rows, 0 <= j < columns`.
+fn in_words(ranges: &[(Axis, Range)], counts: &[String]) -> String {
+    let words = ranges.iter().map(|(axis, range)| {
+        format!("{} <= {} < {}", range.start.text(counts), axis.name(), range.end.text(counts))
+    });
+    format!("for {}", words.collect::<Vec<_>>().join(", "))
 }
 
 /// The one node of a range that has one.
@@ -48,20 +87,55 @@ fn single(range: Range) -> Option<Anchor> {
     (range.start.shifted(1) == range.end).then_some(range.start)
 }
 
-/// The ranges of a field's nodes within which all have the same equation; `None` where several counts
-/// decide their order. An ordinary coordinate has one row without a range.
-fn ranges(family: &FamilyModel, derived: &Derived, field: u32) -> Option<Vec<Option<Range>>> {
-    let Some(length) = family.fields[field as usize].length else { return Some(vec![None]) };
+/// The index of a field along an axis: its number, or its row and its column.
+fn along(local: Local, axis: Axis) -> Option<NodeIndex> {
+    match axis {
+        Axis::First => Some(local.index),
+        Axis::Second => local.column,
+    }
+}
+
+/// The ranges of a field's nodes within which all have the same equation, of a grid those of its rows and of
+/// its columns. `None` where several counts decide their order, and where the row and the column of a node
+/// have the same index. An ordinary coordinate has no range.
+fn cells(family: &FamilyModel, derived: &Derived, field: u32) -> Option<Vec<Rounds>> {
+    let Field { length, columns, .. } = family.fields[field as usize];
+    let mut cells = vec![Rounds::Once];
+    for (axis, length) in Axis::ALL.into_iter().zip([length, columns]) {
+        let Some(length) = length else { continue };
+        let ranges = ranges(family, derived, field, axis, length)?;
+        let inside = |cell: &Rounds, range| cell.with_inside(range);
+        cells = cells.iter().flat_map(|cell| ranges.iter().filter_map(|r| inside(cell, *r))).collect();
+    }
+    Some(cells)
+}
+
+/// The ranges of a field's nodes along an axis.
+fn ranges(
+    family: &FamilyModel,
+    derived: &Derived,
+    field: u32,
+    axis: Axis,
+    length: Anchor,
+) -> Option<Vec<Range>> {
     let mut cuts = vec![Anchor::Start(0), length];
-    for element in &derived.elements {
+    let of_elements = derived.elements.iter().map(|element| {
         let touched = element.forces.iter().map(|(a, _)| *a).chain(element.mass.iter().map(|(a, ..)| *a));
-        for local in touched.map(|a| family.locals[a]).filter(|local| local.field == field) {
-            match (local.index, element.range) {
-                (NodeIndex::Round(k), Some(range)) => {
-                    cuts.extend([range.start.shifted(k), range.end.shifted(k)]);
-                }
-                (NodeIndex::Fixed(at), _) => cuts.extend([at, at.shifted(1)]),
-                (NodeIndex::Round(_), None) => {}
+        (element.rounds, touched.collect::<Vec<_>>())
+    });
+    let of_rows = derived.rows.iter().map(|row| {
+        let touched = row.components.iter().flat_map(|term| &term.jacobian).map(|(a, _)| *a);
+        (row.rounds_of_loop(), touched.collect())
+    });
+    for (rounds, touched) in of_elements.chain(of_rows) {
+        for local in touched.into_iter().map(|a| family.locals[a]).filter(|local| local.field == field) {
+            if let (NodeIndex::Round(a, _), Some(NodeIndex::Round(b, _))) = (local.index, local.column)
+                && a == b
+            {
+                return None;
+            }
+            if let Some(range) = along(local, axis).and_then(|index| index.values(rounds)) {
+                cuts.extend([range.start, range.end]);
             }
         }
     }
@@ -77,65 +151,101 @@ fn ranges(family: &FamilyModel, derived: &Derived, field: u32) -> Option<Vec<Opt
     }
     cuts.sort_unstable();
     cuts.dedup();
-    Some(cuts.windows(2).map(|pair| Some(Range { start: pair[0], end: pair[1] })).collect())
+    Some(cuts.windows(2).map(|pair| Range { start: pair[0], end: pair[1] }).collect())
 }
 
-/// M q̈ and Q of the nodes of a range; of an ordinary coordinate what the rounds of one range, or what no
-/// rounds add.
+/// M q̈ and Q of the nodes of a cell. What is summed over an index stands by itself, with the range of that
+/// index.
 fn row(
     family: &mut FamilyModel,
     derived: &Derived,
     field: u32,
-    range: Option<Range>,
-    rounds: Option<Range>,
-) -> (NodeId, NodeId) {
-    let node = match range {
-        None => NodeIndex::Fixed(Anchor::Start(0)),
-        Some(range) => single(range).map_or(NodeIndex::Round(0), NodeIndex::Fixed),
-    };
-    let (mut left, mut right) = (family.model.graph.zero(), family.model.graph.zero());
-    let elements = derived.elements.iter().filter(|e| range.is_some() || e.range == rounds);
-    for element in elements {
+    cell: Rounds,
+) -> BTreeMap<Vec<(Axis, Range)>, (NodeId, NodeId)> {
+    let zero = family.model.graph.zero();
+    let mut all = BTreeMap::from([(Vec::new(), (zero, zero))]);
+    for element in &derived.elements {
         for (a, q) in &element.forces {
-            if let Some(shift) = covers(family, element, *a, field, range) {
-                let q = shifted(family, *q, shift, node);
-                right = family.model.graph.add(right, q);
+            if let Some((round, summed)) = covers(family, element.rounds, *a, field, cell) {
+                let q = shifted(family, *q, round);
+                let (_, right) = all.entry(summed).or_insert((zero, zero));
+                *right = family.model.graph.add(*right, q);
             }
         }
         for (a, b, m) in &element.mass {
-            if let Some(shift) = covers(family, element, *a, field, range) {
+            if let Some((round, summed)) = covers(family, element.rounds, *a, field, cell) {
                 let acceleration = family.model.graph.symbol(Symbol::Acceleration(*b as u32));
                 let term = family.model.graph.mul(*m, acceleration);
-                let term = shifted(family, term, shift, node);
-                left = family.model.graph.add(left, term);
+                let term = shifted(family, term, round);
+                let (left, _) = all.entry(summed).or_insert((zero, zero));
+                *left = family.model.graph.add(*left, term);
             }
         }
     }
-    (left, right)
+    for element in &derived.rows {
+        let number = element.number().filter(|_| family.constraints[element.constraint].numbered);
+        for (component, term) in element.components.iter().enumerate() {
+            for (a, slope) in &term.jacobian {
+                let rounds = element.rounds_of_loop();
+                if let Some((round, summed)) = covers(family, rounds, *a, field, cell) {
+                    let index = number;
+                    let of_row = Multiplier { constraint: element.constraint, component, index };
+                    let lambda = multiplier(family, of_row);
+                    let reaction = family.model.graph.mul(*slope, lambda);
+                    let reaction = shifted(family, reaction, round);
+                    let (_, right) = all.entry(summed).or_insert((zero, zero));
+                    *right = family.model.graph.add(*right, reaction);
+                }
+            }
+        }
+    }
+    all
 }
 
-/// By how much the node of a range is further than the round that reaches it by local `a`; `None` where no
-/// round does. An ordinary coordinate, which has no range, is reached by every round.
+/// The indices of the rounds that reach the nodes of a cell by local `a`, in terms of those of the cell; with
+/// indices over which is summed, as an ordinary coordinate is reached by every round. `None` where no round
+/// reaches them.
 fn covers(
     family: &FamilyModel,
-    element: &Element,
+    rounds: Rounds,
     a: usize,
     field: u32,
-    range: Option<Range>,
-) -> Option<i64> {
+    cell: Rounds,
+) -> Option<([NodeIndex; 2], Vec<(Axis, Range)>)> {
     let local = family.locals[a];
     if local.field != field {
         return None;
     }
-    match (local.index, element.range, range) {
-        (NodeIndex::Fixed(_), _, None) => Some(0),
-        (NodeIndex::Fixed(at), _, Some(range)) => (single(range) == Some(at)).then_some(0),
-        (NodeIndex::Round(k), Some(of), Some(range)) => {
-            let (start, end) = (of.start.shifted(k), of.end.shifted(k));
-            (start <= range.start && range.end <= end).then_some(k)
+    let mut round: [Option<NodeIndex>; 2] = [None; 2];
+    let mut letters: Vec<Axis> = Axis::ALL.to_vec();
+    for axis in Axis::ALL {
+        let (Some(index), Some(nodes)) = (along(local, axis), cell.range(axis)) else { continue };
+        let reached = index.values(rounds)?;
+        if !(reached.start <= nodes.start && nodes.end <= reached.end) {
+            return None;
         }
-        _ => None,
+        let node = match single(nodes) {
+            Some(at) => NodeIndex::Fixed(at),
+            None => {
+                letters.retain(|letter| *letter != axis);
+                NodeIndex::Round(axis, 0)
+            }
+        };
+        if let NodeIndex::Round(of, k) = index {
+            round[of as usize] = Some(node.shifted(-k));
+        }
     }
+    // Indices over which is summed have the letters that are left.
+    let (mut letters, mut summed) = (letters.into_iter(), Vec::new());
+    for (axis, index) in Axis::ALL.into_iter().zip(&mut round) {
+        if let (Some(range), None) = (rounds.range(axis), &index) {
+            let letter = letters.next()?;
+            summed.push((letter, range));
+            *index = Some(NodeIndex::Round(letter, 0));
+        }
+    }
+    let [i, j] = [Axis::First, Axis::Second].map(|axis| NodeIndex::Round(axis, 0));
+    Some(([round[0].unwrap_or(i), round[1].unwrap_or(j)], summed))
 }
 
 /// The report on a model with families; `conserved` are the names of what the unrolled model conserves.
@@ -150,8 +260,10 @@ pub fn report(family: &FamilyModel, derived: &Derived, conserved: &[String]) -> 
     for field in &family.fields {
         match field.length {
             Some(length) => {
-                let length = length.text(&family.counts);
-                families.push(named(&format!("{}[{length}]", field.name), &field.unit));
+                let lengths = [Some(length), field.columns].into_iter().flatten();
+                let lengths = lengths.map(|length| format!("[{}]", length.text(&family.counts)));
+                let lengths = lengths.collect::<String>();
+                families.push(named(&format!("{}{lengths}", field.name), &field.unit));
             }
             None => ordinary.push(named(&field.name, &field.unit)),
         }
@@ -181,6 +293,9 @@ pub fn report(family: &FamilyModel, derived: &Derived, conserved: &[String]) -> 
     for (k, element) in derived.elements.iter().enumerate() {
         entry(&mut out, if k == 0 { "elements" } else { "" }, &describe(family, element));
     }
+    for (k, element) in derived.rows.iter().enumerate() {
+        entry(&mut out, if k == 0 { "constraints" } else { "" }, &describe_rows(family, element));
+    }
     out.push('\n');
     let structure = if derived.diagonal { "constant, diagonal" } else { "constant, banded" };
     entry(&mut out, "mass matrix", structure);
@@ -194,6 +309,11 @@ pub fn report(family: &FamilyModel, derived: &Derived, conserved: &[String]) -> 
     entry(&mut out, "conserved", &or_none(conserved));
     let cost = format!("{} per node, all fields together", operations(family, derived));
     entry(&mut out, "operations", &cost);
+    let waves = dispersion::describe(family, derived);
+    if !waves.is_empty() {
+        out.push('\n');
+    }
+    waves.iter().for_each(|(heading, text)| entry(&mut out, heading, text));
     out
 }
 
@@ -203,12 +323,11 @@ fn or_none(all: &[String]) -> String {
 
 fn describe(family: &FamilyModel, element: &Element) -> String {
     let functions = element.functions.join(" + ");
-    let rounds = match element.range {
-        None => "once".to_owned(),
-        Some(range) => {
-            let (start, end) = (range.start.text(&family.counts), range.end.text(&family.counts));
-            format!("for {start} <= i < {end}")
-        }
+    let ranges = Axis::ALL.into_iter();
+    let ranges = ranges.filter_map(|axis| element.rounds.range(axis).map(|range| (axis, range)));
+    let rounds = match ranges.collect::<Vec<_>>() {
+        all if all.is_empty() => "once".to_owned(),
+        all => in_words(&all, &family.counts),
     };
     let moved = element.forces.iter().map(|(a, _)| *a).chain(element.mass.iter().map(|(a, ..)| *a));
     let mut nodes: Vec<usize> = moved.collect();
@@ -218,10 +337,28 @@ fn describe(family: &FamilyModel, element: &Element) -> String {
     format!("{functions}, {rounds}: moves {}", nodes.join(", "))
 }
 
+fn describe_rows(family: &FamilyModel, element: &RowElement) -> String {
+    let declared = &family.constraints[element.constraint];
+    let kind = if declared.is_holonomic() { "holonomic" } else { "nonholonomic" };
+    let rounds = match element.range {
+        None => "one row".to_owned(),
+        Some(range) => {
+            let words = in_words(&[(Axis::First, range)], &family.counts);
+            if declared.numbered { format!("a row {words}") } else { format!("one row, a sum {words}") }
+        }
+    };
+    let mut nodes: Vec<usize> =
+        element.components.iter().flat_map(|term| &term.jacobian).map(|(a, _)| *a).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let nodes: Vec<&str> = nodes.iter().map(|a| family.model.coordinates[*a].name.as_str()).collect();
+    format!("{}, {kind}, {rounds}: holds {}", declared.name, nodes.join(", "))
+}
+
 /// Operations of the forces of all elements with rounds, one round each.
 #[must_use]
 pub fn operations(family: &FamilyModel, derived: &Derived) -> usize {
-    let rounds = derived.elements.iter().filter(|element| element.range.is_some());
+    let rounds = derived.elements.iter().filter(|element| element.rounds != Rounds::Once);
     let cost = |element: &Element| {
         let results: Vec<NodeId> = element.forces.iter().map(|(_, q)| *q).collect();
         let program = schedule(&family.model.graph, "element", &results, Staging::Hoisted);

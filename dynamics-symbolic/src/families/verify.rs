@@ -6,7 +6,7 @@ use crate::calculus::rebuild;
 use crate::graph::{Graph, Node, NodeId, Symbol};
 use crate::mechanics::{Equations, Model};
 
-use super::derive::Derived;
+use super::derive::{Derived, Element};
 use super::model::{FamilyModel, Source};
 use super::rows::RowElement;
 
@@ -15,7 +15,7 @@ use super::rows::RowElement;
 pub struct Mismatch {
     /// The coordinate of the unrolled model, or the row of a constraint.
     pub coordinate: String,
-    /// Q, M, Φ, Φ_q or γ.
+    /// Q, M, T, V, Φ, Φ_q or γ.
     pub what: &'static str,
 }
 
@@ -35,7 +35,7 @@ pub fn verify(
     let mut total = 0;
     for field in &family.fields {
         offsets.push(total);
-        total += field.length.map_or(1, |length| length.at(counts));
+        total += field.nodes(counts);
     }
     let parameters: BTreeMap<String, u32> =
         unrolled.parameters.iter().enumerate().map(|(k, p)| (p.name.clone(), k as u32)).collect();
@@ -47,48 +47,76 @@ pub fn verify(
     if i64::try_from(n) != Ok(total) {
         return Err(differs(0, "the number of coordinates"));
     }
+    if equations.mass_matrix.len() != n {
+        // The unrolled model is so small that its mass matrix is never left out.
+        return Err(differs(0, "the size of M"));
+    }
     let g = &mut unrolled.graph;
     let zero = g.zero();
-    let (mut forces, mut mass) = (vec![zero; n], BTreeMap::new());
+    let mut sums = Sums { forces: vec![zero; n], mass: BTreeMap::new(), energies: [zero; 2] };
     for element in &derived.elements {
-        let rounds = match element.range {
-            Some(range) => range.start.at(counts)..range.end.at(counts),
-            None => 0..1,
-        };
-        for i in rounds {
-            let round = Round { family, counts, offsets: &offsets, parameters: &parameters, i };
-            let forces_of = element.forces.iter().map(|(_, node)| *node);
-            let roots: Vec<NodeId> = forces_of.chain(element.mass.iter().map(|(.., node)| *node)).collect();
-            let Some(values) = round.values(g, &roots) else {
+        for indices in element.rounds.all(counts) {
+            let round = Round { family, counts, offsets: &offsets, parameters: &parameters, indices };
+            if sums.add(g, element, &round).is_none() {
                 return Err(Mismatch { coordinate: family.model.name.clone(), what: "a denominator" });
-            };
-            let place = |a: usize| round.coordinate(a as u32) as usize;
-            let (own, rest) = values.split_at(element.forces.len());
-            for ((a, _), value) in element.forces.iter().zip(own) {
-                forces[place(*a)] = g.add(forces[place(*a)], *value);
-            }
-            for ((a, b, _), value) in element.mass.iter().zip(rest) {
-                let sum = mass.entry((place(*a), place(*b))).or_insert(zero);
-                *sum = g.add(*sum, *value);
             }
         }
     }
     let same = |a: NodeId, b: NodeId| g.fingerprint(a) == g.fingerprint(b);
-    for (row, (own, known)) in forces.iter().zip(&equations.generalized_force).enumerate() {
+    for (row, (own, known)) in sums.forces.iter().zip(&equations.generalized_force).enumerate() {
         if !same(*own, *known) {
             return Err(differs(row, "Q"));
         }
     }
-    // The unrolled model is small: its mass matrix is never left out.
     for (row, entries) in equations.mass_matrix.iter().enumerate() {
         for (column, known) in entries.iter().enumerate() {
-            if !same(mass.get(&(row, column)).copied().unwrap_or(zero), *known) {
+            if !same(sums.mass.get(&(row, column)).copied().unwrap_or(zero), *known) {
                 return Err(differs(row, "M"));
+            }
+        }
+    }
+    // A model that gives L directly has no T and V of its own.
+    if let Some((kinetic, potential)) = equations.energies {
+        for (own, known, what) in [(sums.energies[0], kinetic, "T"), (sums.energies[1], potential, "V")] {
+            if !same(own, known) {
+                return Err(Mismatch { coordinate: family.model.name.clone(), what });
             }
         }
     }
     let sizes = Sizes { family, counts, offsets: &offsets, parameters: &parameters };
     verify_rows(&sizes, &derived.rows, g, equations)
+}
+
+/// What the elements add up to, as nodes of the unrolled model.
+struct Sums {
+    forces: Vec<NodeId>,
+    mass: BTreeMap<(usize, usize), NodeId>,
+    /// T and V.
+    energies: [NodeId; 2],
+}
+
+impl Sums {
+    /// Adds a round; `None` where a denominator is zero or a parameter is not there.
+    fn add(&mut self, g: &mut Graph, element: &Element, round: &Round<'_>) -> Option<()> {
+        let energies = [element.kinetic, element.potential];
+        let forces = element.forces.iter().map(|(_, node)| *node);
+        let mass = element.mass.iter().map(|(.., node)| *node);
+        let roots: Vec<NodeId> = forces.chain(mass).chain(energies.into_iter().flatten()).collect();
+        let mut values = round.values(g, &roots)?.into_iter();
+        let place = |a: usize| round.coordinate(a as u32) as usize;
+        for ((a, _), value) in element.forces.iter().zip(values.by_ref()) {
+            let sum = &mut self.forces[place(*a)];
+            *sum = g.add(*sum, value);
+        }
+        for ((a, b, _), value) in element.mass.iter().zip(values.by_ref()) {
+            let sum = self.mass.entry((place(*a), place(*b))).or_insert_with(|| g.zero());
+            *sum = g.add(*sum, value);
+        }
+        for (sum, _) in self.energies.iter_mut().zip(energies).filter(|(_, energy)| energy.is_some()) {
+            *sum = g.add(*sum, values.next()?);
+        }
+        Some(())
+    }
 }
 
 /// What is known at the counts.
@@ -112,7 +140,8 @@ fn verify_rows(
     };
     let zero = g.zero();
     let total = known.rows.len();
-    let (mut own, mut jacobian) = ([vec![zero; total], vec![zero; total], vec![zero; total]], BTreeMap::new());
+    let (mut own, mut jacobian) =
+        ([vec![zero; total], vec![zero; total], vec![zero; total]], BTreeMap::new());
     // The number of the first row of every constraint, and of the one after the last.
     let mut firsts = vec![0];
     for (constraint, declared) in sizes.family.constraints.iter().enumerate() {
@@ -136,7 +165,7 @@ fn verify_rows(
         let rounds = element.rounds(sizes.counts);
         for (k, i) in rounds.enumerate() {
             let Sizes { family, counts, offsets, parameters } = *sizes;
-            let round = Round { family, counts, offsets, parameters, i };
+            let round = Round { family, counts, offsets, parameters, indices: [i, 0] };
             let number = if declared.numbered { first_row + k as i64 } else { 0 };
             for (c, term) in element.components.iter().enumerate() {
                 let row = firsts[element.constraint] + number * element.components.len() as i64 + c as i64;
@@ -182,14 +211,17 @@ struct Round<'a> {
     counts: &'a [i64],
     offsets: &'a [i64],
     parameters: &'a BTreeMap<String, u32>,
-    i: i64,
+    indices: [i64; 2],
 }
 
 impl Round<'_> {
     /// The unrolled model's coordinate that a local is.
     fn coordinate(&self, local: u32) -> u32 {
         let local = self.family.locals[local as usize];
-        let at = self.offsets[local.field as usize] + local.index.at(self.i, self.counts);
+        let field = local.field as usize;
+        let column = local.column.map_or(0, |column| column.at(self.indices, self.counts));
+        let row = local.index.at(self.indices, self.counts);
+        let at = self.offsets[field] + row * self.family.fields[field].width(self.counts) + column;
         u32::try_from(at).unwrap_or(u32::MAX)
     }
 
@@ -216,10 +248,10 @@ impl Round<'_> {
             Symbol::Parameter(p) => match self.family.sources[p as usize] {
                 Source::Scalar(k) => g.symbol(Symbol::Parameter(k)),
                 Source::Count(c) => g.integer(self.counts[c as usize]),
-                Source::Round => g.integer(self.i),
+                Source::Round(axis) => g.integer(self.indices[axis as usize]),
                 Source::Numbered { parameter, index } => {
                     let name = &self.family.numbered[parameter as usize];
-                    let element = format!("{name}[{}]", index.at(self.i, self.counts));
+                    let element = format!("{name}[{}]", index.at(self.indices, self.counts));
                     g.symbol(Symbol::Parameter(*self.parameters.get(&element)?))
                 }
             },

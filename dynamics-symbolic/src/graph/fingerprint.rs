@@ -54,6 +54,8 @@ fn mix(mut x: u64) -> u64 {
 }
 
 impl Fingerprint {
+    /// What residues are taken by.
+    pub(crate) const MODULUS: u64 = P;
     pub(crate) const ZERO: Self = Self([0, 0]);
     pub(crate) const ONE: Self = Self([1, 1]);
 

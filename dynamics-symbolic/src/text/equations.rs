@@ -66,6 +66,25 @@ pub fn statements(model: &mut Model, rows: &[(NodeId, NodeId, String)]) -> Strin
     out
 }
 
+/// A quotient of parameters as text, numerator and denominator expanded and without the factors that all
+/// terms share; `None` where it is long. May add nodes to the graph.
+#[must_use]
+pub fn quotient(model: &mut Model, above: NodeId, below: NodeId) -> Option<String> {
+    if model.graph.is_zero(above) {
+        return Some(String::from("0"));
+    }
+    let target = Plain::READABLE;
+    let mut side = |id: NodeId| {
+        let short = |x: &Expanded| x.len() <= MOST_TERMS_OF_ROW;
+        Expanded::new(&mut model.graph, id, MOST_TERMS).filter(short)
+    };
+    let (above, below) = (side(above)?, side(below)?);
+    let atoms: Vec<NodeId> = above.atoms().chain(below.atoms()).collect();
+    let formulas = Formulas::new(model, &atoms);
+    let formula = above.over(&below, &model.graph, &formulas);
+    (formulas.definitions() == 0).then(|| formulas.write(&target, model, &formula).text)
+}
+
 /// One statement: left = right.
 struct Statement {
     left: Side,

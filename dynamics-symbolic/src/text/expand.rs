@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-use crate::graph::{Fingerprint, Graph, Node, NodeId, Number, Unary};
+use crate::graph::{Fingerprint, Graph, Node, NodeId, Number, Symbol, Unary};
 
 use super::formula::{Formula, Formulas, Key, product, sum};
 
@@ -84,6 +84,31 @@ impl Expanded {
             (false, Rc::new(product(parts)))
         });
         Rc::new(sum(terms.collect::<Vec<_>>()))
+    }
+
+    /// This over another: factors that all terms share are cancelled.
+    pub(super) fn over(&self, other: &Self, g: &Graph, formulas: &Formulas) -> Rc<Formula> {
+        let factor = |(atom, e): (&NodeId, &i32)| (Key::of(g, *atom), formulas.formula(*atom), *e);
+        let parts = |of: &Self| {
+            let terms: Vec<(Monomial, Number)> = of.0.iter().map(|(m, c)| (m.clone(), *c)).collect();
+            let (common, number, rest) = common_factor(&terms);
+            let rest = rest.iter().map(|(m, c)| {
+                let number = (Key::FIRST, Rc::new(Formula::Number(*c)), 1);
+                (false, Rc::new(product([number].into_iter().chain(m.iter().map(factor)))))
+            });
+            (common, Rc::new(Formula::Number(number)), Rc::new(sum(rest.collect::<Vec<_>>())))
+        };
+        let (above, below) = (parts(self), parts(other));
+        // The sums are different factors: so are their keys.
+        let behind = Key::last(Symbol::Time);
+        let fixed = [
+            (Key::FIRST, above.1, 1),
+            (Key::FIRST, below.1, -1),
+            (Key::FIRST, above.2, 1),
+            (behind, below.2, -1),
+        ];
+        let below = below.0.iter().map(factor).map(|(key, formula, e)| (key, formula, -e));
+        Rc::new(product(fixed.into_iter().chain(above.0.iter().map(factor)).chain(below)))
     }
 }
 

@@ -4,4 +4,6 @@
 
 mod bits;
 mod constraints;
+mod grids;
 mod references;
+mod waves;

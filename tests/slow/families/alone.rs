@@ -126,7 +126,7 @@ fn states_by_name() {
     assert_eq!((state.t(), state.load(), state.load_rate(), state.push()), (0.25, 2.0, -1.0, 3.0));
     assert_eq!((state.s(), state.s_rate()), (&[0.0, 1.0, 2.0, 3.0][..], &[0.5; 4][..]));
     assert_eq!(state.q(), [2.0, 0.0, 1.0, 2.0, 3.0]);
-    assert_eq!(state.ends(), [1, 5]);
+    assert_eq!(state.ends()[..], [1, 5]);
     let rest = model.state().build().expect("all is left at 0");
     assert!(rest.q().iter().chain(rest.u()).all(|x| *x == 0.0) && rest.push().is_nan());
     let error = model.state().s([1.0; 3]).build().unwrap_err();

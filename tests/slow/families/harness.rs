@@ -1,6 +1,6 @@
 //! What is compared, and how.
 
-use dynamics::families::model::{EnergyParts, FamilyModel, FamilyState, Length, View};
+use dynamics::families::model::{EnergyParts, FamilyModel, FamilyState, Length, Multipliers, View};
 use dynamics::model::{Energies, Linearize, ModelState, Outputs, Vector};
 use nalgebra::DMatrix;
 
@@ -174,7 +174,7 @@ pub(crate) fn compare_with<F: FamilyModel, L: Linearize + Outputs>(
         let mut all = vec![f64::NAN; L::OUTPUTS.len()];
         literal.outputs(&unrolled, &mut all).expect("outputs of a free model");
         let accelerations = literal.accelerations(&unrolled).expect("M has an inverse");
-        let jets = F::coordinates(&state, accelerations.as_slice());
+        let jets = F::coordinates(&state, accelerations.as_slice(), Multipliers::default());
         let own: Vec<f64> = (0..F::OUTPUTS.len()).flat_map(|k| family.output(k, &jets)).collect();
         assert_close("outputs", &own, &all, 1e-12);
         check_passes(family, &state);
@@ -263,7 +263,7 @@ pub(crate) fn check_alone<M: FamilyModel>(model: &M, size: f64) {
 /// Nodes at the ends of fields, at those of blocks, and some between.
 fn probed<S: FamilyState>(state: &S) -> Vec<usize> {
     let (mut all, mut start) = (Vec::new(), 0);
-    for &end in state.ends() {
+    for &end in state.ends().iter() {
         let places = [0, 1, 2, 100, 254, 255, 256, 257, 258, 511, 512, 513];
         all.extend(places.iter().map(|k| start + k).filter(|k| *k < end));
         all.extend((1..=3).filter(|k| end - start >= *k).map(|k| end - k));

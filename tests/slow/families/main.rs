@@ -2,6 +2,8 @@
 //! differences of energies at sizes around those of a block, and against loops written by hand.
 
 mod alone;
+mod grids;
 mod harness;
 mod pairs;
+mod rows;
 mod shapes;

@@ -1,6 +1,6 @@
 //! Constraints of models with families: a row for every index, or rows by themselves.
 
-use dynamics_symbolic::families::{FamilyConstraint, Range, RowPart};
+use dynamics_symbolic::families::{FamilyConstraint, Rounds, RowPart};
 use dynamics_symbolic::mechanics::ConstraintKind;
 
 use crate::elaborate::Elaborator;
@@ -25,17 +25,25 @@ impl Elaborator<'_> {
             return self.diagnostics.error(function.role_place, &message);
         }
         let numbered = matches!(value, Value::Mapped(_));
-        let values: Vec<(Option<Range>, Value)> = match value {
+        let values: Vec<(Rounds, Value)> = match value {
             Value::Mapped(made) => made.to_vec(),
             Value::Total(total) => {
-                let rounds = total.rounds.iter().map(|(range, value)| (Some(*range), value.clone()));
-                rounds.chain([(None, total.rest.clone())]).collect()
+                let once = (Rounds::Once, total.rest.clone());
+                total.rounds.iter().cloned().chain([once]).collect()
             }
-            other => vec![(None, other)],
+            other => vec![(Rounds::Once, other)],
         };
         let mut names: Option<Vec<String>> = None;
         let mut parts = Vec::new();
-        for (range, value) in values {
+        for (rounds, value) in values {
+            let range = match rounds {
+                Rounds::Once => None,
+                Rounds::Over(range) => Some(range),
+                Rounds::Nested(..) => {
+                    let message = messages::constraint_of_two_indices();
+                    return self.diagnostics.error(function.role_place, &message);
+                }
+            };
             let value = match value {
                 Value::Integer(_) => self.scalar(value, function.name.span()).into(),
                 value => value,

@@ -3,7 +3,7 @@
 //! A count is taken to be larger than every number that it is compared with. How large it has to be for that
 //! is noted in `FamilyModel::least`.
 
-use dynamics_symbolic::families::{Anchor, NodeIndex, Range, Source};
+use dynamics_symbolic::families::{Anchor, Axis, NodeIndex, Range, Source};
 use dynamics_symbolic::graph::Number;
 use proc_macro2::Span;
 use syn::BinOp;
@@ -38,10 +38,10 @@ impl Elaborator<'_> {
             | (Add, NodeIndex::Fixed(Anchor::Start(k)), index)
                 if small(k) =>
             {
-                Value::Index(moved(index, k))
+                Value::Index(index.shifted(k))
             }
             (Sub, index, NodeIndex::Fixed(Anchor::Start(k))) if small(k) => {
-                let index = moved(index, -k);
+                let index = index.shifted(-k);
                 if let NodeIndex::Fixed(Anchor::End { count, plus }) = index {
                     // As in Rust, where a `usize` below 0 is a panic.
                     self.at_least(count, -plus);
@@ -55,7 +55,9 @@ impl Elaborator<'_> {
                 None if self.families.cut.is_some() => Value::Poison,
                 None => self.fail(at, &messages::counts_compared()),
             },
-            (Sub, NodeIndex::Round(a), NodeIndex::Round(b)) => self.small_integer(a - b),
+            (Sub, NodeIndex::Round(of, a), NodeIndex::Round(other, b)) if of == other => {
+                self.small_integer(a - b)
+            }
             (
                 Sub,
                 NodeIndex::Fixed(Anchor::End { count: a, plus: k }),
@@ -96,6 +98,9 @@ impl Elaborator<'_> {
         match decided {
             Some(known) => Value::Condition(Condition::Known(known)),
             None if self.families.cut.is_some() => Value::Poison,
+            None if [a, b].iter().all(|index| matches!(index, NodeIndex::Round(..))) => {
+                self.fail(at, &messages::indices_compared())
+            }
             None => self.fail(at, &messages::counts_compared()),
         }
     }
@@ -136,38 +141,40 @@ impl Elaborator<'_> {
 
     fn index_less(&mut self, a: NodeIndex, b: NodeIndex) -> Option<bool> {
         match (a, b) {
-            (NodeIndex::Round(k), NodeIndex::Round(l)) => Some(k < l),
+            (NodeIndex::Round(of, k), NodeIndex::Round(other, l)) => (of == other).then_some(k < l),
             (NodeIndex::Fixed(a), NodeIndex::Fixed(b)) => self.anchor_less(a, b),
             // i + k < b.
-            (NodeIndex::Round(k), NodeIndex::Fixed(b)) => self.round_below(b.shifted(-k)),
+            (NodeIndex::Round(of, k), NodeIndex::Fixed(b)) => self.round_below(of, b.shifted(-k)),
             // a < i + k, that is not i < a − k + 1.
-            (NodeIndex::Fixed(a), NodeIndex::Round(k)) => {
-                self.round_below(a.shifted(1 - k)).map(|below| !below)
+            (NodeIndex::Fixed(a), NodeIndex::Round(of, k)) => {
+                self.round_below(of, a.shifted(1 - k)).map(|below| !below)
             }
         }
     }
 
     fn index_equal(&mut self, a: NodeIndex, b: NodeIndex) -> Option<bool> {
         match (a, b) {
-            (NodeIndex::Round(k), NodeIndex::Round(l)) => Some(k == l),
+            (NodeIndex::Round(of, k), NodeIndex::Round(other, l)) => (of == other).then_some(k == l),
             (NodeIndex::Fixed(a), NodeIndex::Fixed(b)) => {
                 let less = self.anchor_less(a, b)?;
                 Some(!less && !self.anchor_less(b, a)?)
             }
-            (NodeIndex::Round(k), NodeIndex::Fixed(at)) | (NodeIndex::Fixed(at), NodeIndex::Round(k)) => {
+            (NodeIndex::Round(of, k), NodeIndex::Fixed(at))
+            | (NodeIndex::Fixed(at), NodeIndex::Round(of, k)) => {
                 let at = at.shifted(-k);
                 // i = at: neither below nor above.
-                if self.round_below(at)? {
+                if self.round_below(of, at)? {
                     return Some(false);
                 }
-                self.round_below(at.shifted(1))
+                self.round_below(of, at.shifted(1))
             }
         }
     }
 
-    /// Whether all rounds are before `end`; where some are and some are not, that is where they are cut.
-    fn round_below(&mut self, end: Anchor) -> Option<bool> {
-        let range = self.families.range?;
+    /// Whether the index is before `end` in all rounds; where it is in some and is not in others, that is
+    /// where they are cut.
+    fn round_below(&mut self, axis: Axis, end: Anchor) -> Option<bool> {
+        let range = self.families.rounds.range(axis)?;
         let least = self.families.found.least.clone();
         if self.anchor_at_most(end, range.start)? {
             return Some(false);
@@ -180,14 +187,14 @@ impl Elaborator<'_> {
         self.families.found.least = least;
         self.anchor_at_most(range.start, end)?;
         self.anchor_at_most(end, range.end)?;
-        self.families.cut = Some(end);
+        self.families.cut = Some((axis, end));
         None
     }
 
     /// `index as f64`.
     pub(in crate::elaborate) fn index_as_real(&mut self, index: NodeIndex) -> Value {
         let (source, plus) = match index {
-            NodeIndex::Round(k) => (Source::Round, k),
+            NodeIndex::Round(axis, k) => (Source::Round(axis), k),
             NodeIndex::Fixed(Anchor::End { count, plus }) => (Source::Count(count), plus),
             NodeIndex::Fixed(Anchor::Start(k)) => {
                 let integer = self.small_integer(k);
@@ -197,7 +204,8 @@ impl Elaborator<'_> {
         };
         let name = match source {
             Source::Count(count) => self.families.found.counts[count as usize].clone(),
-            _ => "i".to_owned(),
+            Source::Round(axis) => axis.name().to_owned(),
+            Source::Scalar(_) | Source::Numbered { .. } => return Value::Poison,
         };
         let unit = self.dimensionless();
         let base = self.source(source, name, unit, String::new(), Place::from(Span::call_site()));
@@ -235,14 +243,6 @@ impl Elaborator<'_> {
             return Value::Poison;
         }
         Value::Range(Range { start, end })
-    }
-}
-
-/// An index `by` further.
-pub(super) fn moved(index: NodeIndex, by: i64) -> NodeIndex {
-    match index {
-        NodeIndex::Round(k) => NodeIndex::Round(k + by),
-        NodeIndex::Fixed(at) => NodeIndex::Fixed(at.shifted(by)),
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a round reads: nodes of families, elements of parameters. Every one is a symbol of its element, and
 //! is proved to be there in all rounds.
 
-use dynamics_symbolic::families::{Anchor, Local, NodeIndex, Source};
+use dynamics_symbolic::families::{Anchor, Field, Local, NodeIndex, Range, Source};
 use dynamics_symbolic::graph::Symbol;
 use syn::Expr;
 
@@ -48,25 +48,55 @@ impl Elaborator<'_> {
         }
     }
 
-    /// `q.s[index]`.
-    pub(in crate::elaborate) fn node(&mut self, field: usize, index: &Value, at: &Expr) -> Value {
-        let Some(index) = index_of(index) else {
-            return self.fail(Place::of(at), &messages::index_unknown(index.shape()));
+    /// `q.s[index]`, and `q.w[index]` of a grid.
+    pub(in crate::elaborate) fn node_or_row(&mut self, field: usize, index: &Value, at: &Expr) -> Value {
+        let Some(index) = self.node_index(index, at) else { return Value::Poison };
+        let Field { name, length, columns, .. } = self.families.found.fields[field].clone();
+        let Some(length) = length else { return Value::Poison };
+        if !self.reaches(&name, index, length, columns.is_some(), at) {
+            return Value::Poison;
+        }
+        match columns {
+            Some(_) => Value::GridRow(field, index),
+            None => self.node(Local::of(field as u32, index)),
+        }
+    }
+
+    /// `q.w[row][index]`.
+    pub(in crate::elaborate) fn node_of_row(
+        &mut self,
+        field: usize,
+        row: NodeIndex,
+        index: &Value,
+        at: &Expr,
+    ) -> Value {
+        let Some(index) = self.node_index(index, at) else { return Value::Poison };
+        let Field { name, columns, .. } = self.families.found.fields[field].clone();
+        let Some(columns) = columns else { return Value::Poison };
+        let name = format!("{name}[{}]", row.text(&self.families.found.counts));
+        if !self.reaches(&name, index, columns, false, at) {
+            return Value::Poison;
+        }
+        self.node(Local { column: Some(index), ..Local::of(field as u32, row) })
+    }
+
+    /// A value as an index of a node; `None` where it is none, which is reported.
+    fn node_index(&mut self, index: &Value, at: &Expr) -> Option<NodeIndex> {
+        let Some(known) = index_of(index) else {
+            self.fail(Place::of(at), &messages::index_unknown(index.shape()));
+            return None;
         };
-        if self.is_far(index, Place::of(at)) {
-            return Value::Poison;
-        }
-        let Some(length) = self.families.found.fields[field].length else { return Value::Poison };
-        let name = self.families.found.fields[field].name.clone();
-        if !self.reaches(&name, index, length, at) {
-            return Value::Poison;
-        }
-        let Numbered { unit, unit_text, place, .. } = self.families.coordinates[field].clone();
-        let local = Local { field: field as u32, index };
+        (!self.is_far(known, Place::of(at))).then_some(known)
+    }
+
+    /// The coordinate of elements that a node is.
+    fn node(&mut self, local: Local) -> Value {
+        let Numbered { name, unit, unit_text, place } =
+            self.families.coordinates[local.field as usize].clone();
         let known = self.families.found.locals.iter().position(|known| *known == local);
         let number = known.unwrap_or_else(|| {
             self.families.found.locals.push(local);
-            let name = format!("{name}[{}]", index.text(&self.families.found.counts));
+            let name = local.text(&name, &self.families.found.counts);
             self.declare_symbol(SymbolKind::Coordinate, name, unit_text, place);
             self.families.found.locals.len() - 1
         });
@@ -95,10 +125,8 @@ impl Elaborator<'_> {
             });
             return Scalar { node: self.model.graph.symbol(Symbol::Parameter(number as u32)), unit }.into();
         }
-        let (first, end) = match (index, self.families.range) {
-            (NodeIndex::Fixed(at), _) => (at, at.shifted(1)),
-            (NodeIndex::Round(k), Some(range)) => (range.start.shifted(k), range.end.shifted(k)),
-            (NodeIndex::Round(_), None) => return Value::Poison,
+        let Some(Range { start: first, end }) = index.values(self.families.rounds) else {
+            return Value::Poison;
         };
         if self.anchor_at_most(Anchor::Start(0), first) != Some(true) {
             let text = index.text(&self.families.found.counts);
@@ -112,13 +140,9 @@ impl Elaborator<'_> {
         self.source(Source::Numbered { parameter: read.0, index }, text, unit, unit_text, place).into()
     }
 
-    /// Whether all rounds read nodes that there are; else that is reported.
-    fn reaches(&mut self, name: &str, index: NodeIndex, length: Anchor, at: &Expr) -> bool {
-        let (first, end) = match (index, self.families.range) {
-            (NodeIndex::Fixed(at), _) => (at, at.shifted(1)),
-            (NodeIndex::Round(k), Some(range)) => (range.start.shifted(k), range.end.shifted(k)),
-            (NodeIndex::Round(_), None) => return false,
-        };
+    /// Whether all rounds read nodes, or rows of a grid, that there are; else that is reported.
+    fn reaches(&mut self, name: &str, index: NodeIndex, length: Anchor, rows: bool, at: &Expr) -> bool {
+        let Some(Range { start: first, end }) = index.values(self.families.rounds) else { return false };
         let reach = match (self.anchor_at_most(Anchor::Start(0), first), self.anchor_at_most(end, length)) {
             (Some(false), _) => Reach::Below,
             (_, Some(false)) => Reach::Above,
@@ -131,7 +155,11 @@ impl Elaborator<'_> {
         let message = match reach {
             Reach::Inside => return true,
             Reach::Below => messages::index_below(name, index_text, rounds),
-            Reach::Above => messages::index_above(name, index_text, rounds, length_text),
+            Reach::Above => {
+                let what = if rows { "row" } else { "node" };
+                messages::index_above(name, index_text, rounds, what, length_text)
+            }
+            Reach::Unknown if rows => messages::row_of_other_count(name, index_text, rounds, length_text),
             Reach::Unknown => messages::index_of_other_count(name, index_text, rounds, length_text),
         };
         self.fail(Place::of(at), &message);
@@ -141,9 +169,11 @@ impl Elaborator<'_> {
     /// Which rounds an index is about: ` with i from 0 to nodes - 1`.
     fn rounds_text(&self, index: NodeIndex) -> String {
         let counts = &self.families.found.counts;
-        match (index, self.families.range) {
-            (NodeIndex::Round(_), Some(range)) => {
-                format!(" with i from {} to {}", range.start.text(counts), range.end.shifted(-1).text(counts))
+        match (index, index.values(self.families.rounds)) {
+            (NodeIndex::Round(axis, k), Some(range)) => {
+                let Range { start, end } = range.shifted(-k);
+                let (start, last) = (start.text(counts), end.shifted(-1).text(counts));
+                format!(" with {} from {start} to {last}", axis.name())
             }
             _ => String::new(),
         }

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use dynamics_symbolic::families::{Anchor, NodeIndex, Range};
+use dynamics_symbolic::families::{Anchor, NodeIndex, Range, Rounds};
 use dynamics_symbolic::graph::Number;
 use proc_macro2::Span;
 use syn::{Expr, ExprClosure, ExprForLoop, Ident};
@@ -24,31 +24,22 @@ const MOST_UNROLLED: i64 = 8;
 
 impl<'a> Elaborator<'a> {
     /// The values that `round` gives for all indices of a range: for single indices, and for what is left.
-    /// `None` where a round is a mistake, which is reported.
+    /// `None` where a round is a mistake, which is reported, and where the range of a loop around has to be
+    /// cut.
     fn rounds(
         &mut self,
         range: Range,
         at: Place,
         round: &mut dyn FnMut(&mut Self, Value) -> Value,
-    ) -> Option<Vec<(Option<Range>, Value)>> {
-        if self.families.range.is_some() {
+    ) -> Option<Vec<(Rounds, Value)>> {
+        let outside = self.families.rounds;
+        let Some(axis) = outside.next_axis() else {
             self.fail(at, &messages::rounds_in_rounds());
             return None;
-        }
+        };
         let (mut left, mut made) = (vec![range], Vec::new());
         while let Some(range) = left.pop() {
-            let length = match (range.start, range.end) {
-                (Anchor::Start(a), Anchor::Start(b)) => Some(b - a),
-                (Anchor::End { count: a, plus: k }, Anchor::End { count: b, plus: l }) if a == b => {
-                    Some(l - k)
-                }
-                (Anchor::Start(_), Anchor::End { .. }) => None,
-                (Anchor::End { .. }, Anchor::Start(_)) => Some(0),
-                _ => {
-                    self.fail(at, &messages::counts_compared());
-                    return None;
-                }
-            };
+            let length = self.length_of_range(range, at)?;
             let alone = length == Some(1);
             match length {
                 Some(..=0) => continue,
@@ -61,28 +52,60 @@ impl<'a> Elaborator<'a> {
                 }
                 _ => {}
             }
-            let index = if alone { NodeIndex::Fixed(range.start) } else { NodeIndex::Round(0) };
+            let index = if alone { NodeIndex::Fixed(range.start) } else { NodeIndex::Round(axis, 0) };
             let before = self.frame().scopes.clone();
-            self.families.range = (!alone).then_some(range);
-            let value = round(self, value_of(index));
-            self.families.range = None;
+            let inside = if alone { outside } else { outside.with_inside(range)? };
+            let value = self.in_rounds(inside, at, &mut |this| round(this, value_of(index)));
             self.steps += 1;
-            if matches!(value, Value::Total(_)) {
-                self.made_of_sum(at);
-                return None;
-            }
-            if let Some(cut) = self.families.cut.take() {
-                self.frame().scopes = before;
-                left.push(Range { start: cut, end: range.end });
-                left.push(Range { start: range.start, end: cut });
-                continue;
+            match self.families.cut {
+                Some((of, cut)) if of == axis && !alone => {
+                    self.families.cut = None;
+                    self.frame().scopes = before;
+                    left.push(Range { start: cut, end: range.end });
+                    left.push(Range { start: range.start, end: cut });
+                    continue;
+                }
+                Some(_) => return None,
+                None => {}
             }
             if value.is_poison() || self.exhausted {
                 return None;
             }
-            made.push(((!alone).then_some(range), value));
+            made.push((inside, value));
         }
         Some(made)
+    }
+
+    /// What is made in a round of these rounds, which may be those that are open.
+    fn in_rounds(&mut self, inside: Rounds, at: Place, round: &mut dyn FnMut(&mut Self) -> Value) -> Value {
+        let (outside, scope) = (self.families.rounds, self.families.scope);
+        if inside != outside {
+            self.families.scopes += 1;
+            self.families.scope = self.families.scopes;
+        }
+        self.families.rounds = inside;
+        let value = round(self);
+        let foreign = self.is_foreign(&value);
+        (self.families.rounds, self.families.scope) = (outside, scope);
+        if foreign { self.made_of_sum(at) } else { value }
+    }
+
+    /// How many indices a range has; `Some(None)` where that depends on a count, `None` where two counts
+    /// decide it, which is reported.
+    #[expect(clippy::option_option, reason = "no length, and no answer, are two things")]
+    fn length_of_range(&mut self, range: Range, at: Place) -> Option<Option<i64>> {
+        match (range.start, range.end) {
+            (Anchor::Start(a), Anchor::Start(b)) => Some(Some(b - a)),
+            (Anchor::End { count: a, plus: k }, Anchor::End { count: b, plus: l }) if a == b => {
+                Some(Some(l - k))
+            }
+            (Anchor::Start(_), Anchor::End { .. }) => Some(None),
+            (Anchor::End { .. }, Anchor::Start(_)) => Some(Some(0)),
+            _ => {
+                self.fail(at, &messages::counts_compared());
+                None
+            }
+        }
     }
 
     /// `range.map(|i| ..)`.
@@ -99,18 +122,34 @@ impl<'a> Elaborator<'a> {
     /// `range.map(..).map(|value| ..)`.
     pub(in crate::elaborate) fn map_mapped(
         &mut self,
-        made: &[(Option<Range>, Value)],
+        made: &[(Rounds, Value)],
         closure: &'a ExprClosure,
     ) -> Value {
-        let mut again = Vec::new();
-        for (range, value) in made {
-            let outer = std::mem::replace(&mut self.families.range, *range);
-            let value = self.closure(closure, value.clone());
-            self.families.range = outer;
-            if value.is_poison() {
+        let outside = self.families.rounds;
+        let (mut left, mut again) = (made.to_vec(), Vec::new());
+        left.reverse();
+        while let Some((rounds, value)) = left.pop() {
+            let before = self.frame().scopes.clone();
+            let new =
+                self.in_rounds(rounds, Place::of(closure), &mut |this| this.closure(closure, value.clone()));
+            match self.families.cut {
+                Some((of, cut)) if outside.range(of).is_none() => {
+                    self.families.cut = None;
+                    self.frame().scopes = before;
+                    let parts = rounds
+                        .range(of)
+                        .map(|Range { start, end }| [Range { start: cut, end }, Range { start, end: cut }]);
+                    let parts = parts.into_iter().flatten();
+                    left.extend(parts.filter_map(|part| Some((outside.with_inside(part)?, value.clone()))));
+                    continue;
+                }
+                Some(_) => return Value::Poison,
+                None => {}
+            }
+            if new.is_poison() {
                 return Value::Poison;
             }
-            again.push((*range, value));
+            again.push((rounds, new));
         }
         Value::Mapped(Rc::new(again))
     }
@@ -134,30 +173,30 @@ impl<'a> Elaborator<'a> {
     /// `range.map(..).sum()` and `.collect()`.
     pub(in crate::elaborate) fn mapped_method(
         &mut self,
-        made: &Rc<Vec<(Option<Range>, Value)>>,
+        made: &Rc<Vec<(Rounds, Value)>>,
         name: &Ident,
         arguments: &[Argument],
     ) -> Value {
         match (name.to_string().as_str(), arguments.len()) {
             ("collect", 0) => Value::Mapped(made.clone()),
             ("sum", 0) => {
-                let mut rest = Value::Unset;
+                let mut sum = Value::Unset;
                 let mut rounds = Vec::new();
-                for (range, value) in made.iter() {
-                    match range {
-                        Some(range) => rounds.push((*range, value.clone())),
-                        None if matches!(rest, Value::Unset) => rest = value.clone(),
-                        None => rest = self.arithmetic(Operator::Add, rest, value.clone(), name.span()),
+                for (of, value) in made.iter() {
+                    match &sum {
+                        _ if *of != self.families.rounds => rounds.extend(summands(*of, value)),
+                        Value::Unset => sum = value.clone(),
+                        _ => sum = self.arithmetic(Operator::Add, sum, value.clone(), name.span()),
                     }
                 }
-                if matches!(rest, Value::Unset) {
+                if matches!(sum, Value::Unset) {
                     // A sum of nothing is taken for one of scalars.
-                    rest = match rounds.first() {
+                    sum = match rounds.first() {
                         Some((_, value)) => self.nothing_like(value),
                         None => self.number(Number::integer(0)).into(),
                     };
                 }
-                self.total(rest, rounds)
+                self.total(sum, rounds)
             }
             _ => self.unknown_method(&Value::Mapped(made.clone()), name, &["sum", "collect"]),
         }
@@ -170,15 +209,24 @@ impl<'a> Elaborator<'a> {
             Value::Scalar(scalar) => Value::Scalar(zero(scalar)),
             Value::Vector(all) => Value::Vector(all.iter().map(zero).collect()),
             Value::Force(_) => Value::Force(Rc::default()),
+            Value::Total(total) => self.nothing_like(&total.rest),
             other => other.clone(),
         }
     }
 
-    pub(in crate::elaborate) fn total(&mut self, rest: Value, rounds: Vec<(Range, Value)>) -> Value {
+    /// A value, which may be a sum already, and what rounds add to it.
+    pub(in crate::elaborate) fn total(&mut self, rest: Value, rounds: Vec<(Rounds, Value)>) -> Value {
         if rest.is_poison() || rounds.iter().any(|(_, value)| value.is_poison()) {
             return Value::Poison;
         }
-        if rounds.is_empty() { rest } else { Value::Total(Rc::new(Total { rest, rounds })) }
+        let (rest, rounds) = match rest {
+            Value::Total(total) => (total.rest.clone(), [total.rounds.clone(), rounds].concat()),
+            rest => (rest, rounds),
+        };
+        if rounds.is_empty() {
+            return rest;
+        }
+        Value::Total(Rc::new(Total { rest, rounds, scope: self.families.scope }))
     }
 
     /// left ∘ right where one of both is a sum over an index.
@@ -190,6 +238,9 @@ impl<'a> Elaborator<'a> {
         at: Span,
     ) -> Value {
         use Operator::{Add, Div, Mul, Sub};
+        if self.is_foreign(&left) || self.is_foreign(&right) {
+            return self.made_of_sum(at);
+        }
         match (op, left, right) {
             (Add | Sub, Value::Total(a), b) => {
                 let (other, more) = match b {
@@ -224,6 +275,12 @@ impl<'a> Elaborator<'a> {
         }
     }
 
+    /// Whether a value is a sum that was made outside of the round that is elaborated: it is the same number
+    /// in all rounds, and no sum of the round's own.
+    fn is_foreign(&self, value: &Value) -> bool {
+        matches!(value, Value::Total(total) if total.scope != self.families.scope)
+    }
+
     /// Something that cannot be made of a sum over an index. Outputs run as they are written, and may.
     pub(in crate::elaborate) fn made_of_sum(&mut self, at: impl Into<Place>) -> Value {
         match self.role {
@@ -239,8 +296,12 @@ impl<'a> Elaborator<'a> {
         mut of: impl FnMut(&mut Self, Value) -> Value,
     ) -> Value {
         let rest = of(self, total.rest.clone());
-        let rounds = total.rounds.iter().map(|(range, value)| (*range, of(self, value.clone()))).collect();
-        self.total(rest, rounds)
+        let rounds = total.rounds.iter().map(|(rounds, value)| (*rounds, of(self, value.clone()))).collect();
+        match self.total(rest, rounds) {
+            // Made where the sum was.
+            Value::Total(made) => Value::Total(Rc::new(Total { scope: total.scope, ..(*made).clone() })),
+            other => other,
+        }
     }
 
     /// `for i in range { .. }`: what it assigns outside of itself may only be added up.
@@ -292,20 +353,27 @@ impl<'a> Elaborator<'a> {
     }
 
     /// `old` and what the rounds have added to variable `k`.
-    fn added_up(&mut self, old: Value, made: &[(Option<Range>, Value)], k: usize) -> Value {
+    fn added_up(&mut self, old: Value, made: &[(Rounds, Value)], k: usize) -> Value {
         let mut sum = old;
-        for (range, variables) in made {
+        for (rounds, variables) in made {
             let Value::Tuple(variables) = variables else { continue };
             let Some(Value::Accumulator(added)) = variables.get(k) else { return Value::Poison };
             for Addend { value, at } in added.iter() {
-                let value = match range {
-                    Some(range) => {
-                        let rest = self.nothing_like(value);
-                        self.total(rest, vec![(*range, value.clone())])
-                    }
-                    None => value.clone(),
+                let value = if *rounds == self.families.rounds {
+                    value.clone()
+                } else {
+                    let rest = self.nothing_like(value);
+                    self.total(rest, summands(*rounds, value))
                 };
-                sum = self.arithmetic(Operator::Add, sum, value, *at);
+                sum = match sum {
+                    // The variable of a loop around, which adds up itself.
+                    Value::Accumulator(known) if !value.is_poison() => {
+                        let added = Addend { value, at: *at };
+                        Value::Accumulator(Rc::new(known.iter().cloned().chain([added]).collect()))
+                    }
+                    Value::Accumulator(_) => Value::Poison,
+                    sum => self.arithmetic(Operator::Add, sum, value, *at),
+                };
             }
         }
         sum
@@ -325,7 +393,7 @@ impl<'a> Elaborator<'a> {
         if !matches!(op, Operator::Add | Operator::Sub) {
             return Some(self.misused_sum(path.path.get_ident()?, at));
         }
-        if matches!(value, Value::Total(_)) {
+        if self.is_foreign(value) {
             return Some(self.made_of_sum(at));
         }
         let value = if op == Operator::Sub { self.negated(value.clone(), at) } else { value.clone() };
@@ -377,6 +445,17 @@ impl<'a> Elaborator<'a> {
                 Value::Accumulator(Rc::new(all))
             }
         }
+    }
+}
+
+/// What rounds give that have a value, which may be a sum itself.
+fn summands(rounds: Rounds, value: &Value) -> Vec<(Rounds, Value)> {
+    match value {
+        Value::Total(total) => {
+            let own = (rounds, total.rest.clone());
+            total.rounds.iter().cloned().chain([own]).collect()
+        }
+        other => vec![(rounds, other.clone())],
     }
 }
 

@@ -4,13 +4,13 @@
 //! loop vectorises. What an entry of an element adds to the matrix, round by round, lies along a diagonal, and
 //! is handed over in one piece.
 
-use dynamics_symbolic::families::NodeIndex;
+use dynamics_symbolic::families::{Axis, Rounds};
 use dynamics_symbolic::graph::NodeId;
 use proc_macro2::TokenStream;
 use quote::quote;
 
 use super::super::function;
-use super::loops::{Loops, Reading};
+use super::loops::{Loops, Reading, Stretch};
 
 impl Loops<'_> {
     /// Whether the matrices of all elements are symmetric.
@@ -35,7 +35,7 @@ impl Loops<'_> {
             let mut distinct: Vec<NodeId> = element.stiffness.iter().map(|(.., node)| *node).collect();
             distinct.sort_unstable();
             distinct.dedup();
-            let Some(range) = element.range else {
+            let Some(reading) = Reading::of_lanes(element.rounds) else {
                 let (before, statements, values) = self.round(&distinct, Reading::Index);
                 let added = element.stiffness.iter().map(|(a, b, node)| {
                     let [row, column] = [a, b].map(|a| self.place(self.family.locals[*a]));
@@ -46,36 +46,29 @@ impl Loops<'_> {
                 continue;
             };
             let rooms: Vec<_> = (0..distinct.len()).map(|k| function(&format!("__g{k}"))).collect();
-            let (before, block) = self.block(&distinct, &rooms);
-            let (start, end) = (self.anchor(range.start), self.anchor(range.end));
+            let (before, block) = self.block(&distinct, reading, &rooms);
+            let lane = if matches!(element.rounds, Rounds::Nested(..)) { Axis::Second } else { Axis::First };
             let added = element.stiffness.iter().map(|(a, b, node)| {
                 let locals = [a, b].map(|a| self.family.locals[*a]);
-                let [row, column] = locals.map(|local| self.place(local));
                 let room = &rooms[distinct.iter().position(|known| known == node).unwrap_or(0)];
-                match locals.iter().all(|local| matches!(local.index, NodeIndex::Round(_))) {
-                    true => quote!({ let __i = __lo; __add(#row, #column, &#room[..__m]); }),
-                    false => quote! {
-                        for __j in 0..__m {
-                            let __i = __lo + __j as isize;
-                            __add(#row, #column, &#room[__j..=__j]);
-                        }
-                    },
+                let runs = locals.iter().all(|local| self.stretch(*local, lane) == Stretch::Contiguous);
+                let [row, column] = locals.map(|local| self.place_in_lanes(local, lane, runs));
+                match runs {
+                    true => quote!(__add(#row, #column, &#room[..__m]);),
+                    false => quote!(for __j in 0..__m { __add(#row, #column, &#room[__j..=__j]); }),
                 }
             });
-            body.extend(quote! {
-                let (mut __lo, __hi) = (#start, #end);
+            let block = quote! {
+                #before
                 #(let mut #rooms = [0.0; __loops::MATRIX_BLOCK];)*
-                while __lo < __hi {
-                    let __m = ((__hi - __lo) as usize).min(__loops::MATRIX_BLOCK);
-                    #before
-                    {
-                        #(let #rooms = &mut #rooms[..__m];)*
-                        #block
-                    }
-                    #(#added)*
-                    __lo += __m as isize;
+                {
+                    #(let #rooms = &mut #rooms[..__m];)*
+                    #block
                 }
-            });
+                #(#added)*
+            };
+            let (size, none) = (quote!(__loops::MATRIX_BLOCK), TokenStream::new());
+            body.extend(self.in_blocks(element.rounds, &size, &block, &none, &none));
         }
         let families = quote!(#private::families);
         quote! {

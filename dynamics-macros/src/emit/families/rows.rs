@@ -3,7 +3,7 @@
 //! Values of the Jacobian lie entry by entry: for every entry of an element the values of all its rounds, one
 //! after the other. `row_pattern` visits them in the same order.
 
-use dynamics_symbolic::families::{RowElement, RowTerm};
+use dynamics_symbolic::families::{Axis, RowElement, RowTerm};
 use dynamics_symbolic::graph::NodeId;
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -105,6 +105,14 @@ impl Loops<'_> {
         let f64 = quote!(#private::f64);
         let (sizes, starts) = (self.sizes(), self.row_starts());
         let blocks = self.rows.iter().map(|element| self.row_block(element));
+        let sums = self.family.constraints.iter().enumerate().filter(|(_, declared)| !declared.numbered);
+        let sums: Vec<_> = sums
+            .flat_map(|(c, declared)| {
+                (0..declared.components.len()).map(move |k| function(&format!("__r{c}_{k}")))
+            })
+            .collect();
+        let count = sums.len();
+        let parts = ["residual", "velocity_residual", "gamma"].map(function);
         quote! {
             struct __Rows<'a, 'b> {
                 model: &'a #model, t: #f64, q: &'a [#f64], u: &'a [#f64], w: &'a [#f64],
@@ -118,6 +126,12 @@ impl Loops<'_> {
                     #sizes
                     #starts
                     let mut __base = 0usize;
+                    // To these rows several loops may add.
+                    for __row in [#(#sums),*] as [isize; #count] {
+                        #(if let #private::Option::Some(__value) = __into.#parts.get_mut(__row as usize) {
+                            *__value = 0.0;
+                        })*
+                    }
                     #(#blocks)*
                 }
             }
@@ -132,10 +146,11 @@ impl Loops<'_> {
             parts.into_iter().chain(term.jacobian.iter().map(|(_, node)| *node)).collect()
         };
         let roots: Vec<NodeId> = element.components.iter().flat_map(of).collect();
-        let reading = if element.range.is_some() { Reading::Slices } else { Reading::Index };
+        let reading = if element.range.is_some() { Reading::Lanes(Axis::First) } else { Reading::Index };
         let (before, statements, values) = self.round(&roots, reading);
         let rooms: Vec<_> = (0..roots.len()).map(|k| function(&format!("__g{k}"))).collect();
-        let (mut written, mut sums, mut totals) = (TokenStream::new(), TokenStream::new(), TokenStream::new());
+        let (mut written, mut sums, mut totals) =
+            (TokenStream::new(), TokenStream::new(), TokenStream::new());
         let (mut room, mut entry) = (rooms.iter(), 0usize);
         for (component, term) in element.components.iter().enumerate() {
             let first = self.first_row(element, component);
@@ -143,14 +158,20 @@ impl Loops<'_> {
                 let (Some(room), part) = (room.next(), function(part)) else { continue };
                 if numbered {
                     written.extend(quote! {
-                        __into.#part[(#first + (__lo - __start)) as usize..][..__m]
-                            .copy_from_slice(&#room[..__m]);
+                        if !__into.#part.is_empty() {
+                            __into.#part[(#first + (__lo - __start)) as usize..][..__m]
+                                .copy_from_slice(&#room[..__m]);
+                        }
                     });
                 } else {
                     let sum = function(&format!("__{part}{component}"));
                     sums.extend(quote!(let mut #sum = __loops::Sum::default();));
                     written.extend(quote!(#sum.add(__loops::block_sum(&#room[..__m]));));
-                    totals.extend(quote!(__into.#part[#first as usize] += #sum.total();));
+                    totals.extend(quote! {
+                        if !__into.#part.is_empty() {
+                            __into.#part[#first as usize] += #sum.total();
+                        }
+                    });
                 }
             }
             for _ in &term.jacobian {
@@ -164,6 +185,7 @@ impl Loops<'_> {
         }
         let rounds = self.rounds_of(element);
         quote! {{
+            const __MOST: usize = __loops::BLOCK;
             #rounds
             let __rounds = (__end - __start).max(0) as usize;
             #sums
@@ -226,7 +248,8 @@ impl Loops<'_> {
             return TokenStream::new();
         }
         let private = self.surface.private();
-        let (families, f64, usize) = (quote!(#private::families), quote!(#private::f64), quote!(#private::usize));
+        let (families, f64, usize) =
+            (quote!(#private::families), quote!(#private::f64), quote!(#private::usize));
         let declared = self.family.constraints.iter().enumerate().flat_map(|(c, declared)| {
             let families = families.clone();
             declared.components.iter().zip(&declared.units).map(move |(suffix, unit)| {

@@ -1,6 +1,6 @@
 //! `FamilyModel`: names and texts, and the passes over the model.
 
-use dynamics_symbolic::families::Anchor;
+use dynamics_symbolic::families::{Anchor, Range};
 use proc_macro2::TokenStream;
 use quote::quote;
 
@@ -19,11 +19,15 @@ pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> T
     let family = &compiled.family;
     let fields = family.fields.iter().map(|field| {
         let (name, unit) = (&field.name, &field.unit);
-        let length = match field.length {
-            Some(Anchor::End { count, plus }) => {
-                let count = &family.counts[count as usize];
-                quote!(#families::Length::Count { count: #count, plus: #plus })
-            }
+        let count = |anchor: Option<Anchor>| match anchor {
+            Some(Anchor::End { count, plus }) => Some((family.counts[count as usize].as_str(), plus)),
+            _ => None,
+        };
+        let length = match (count(field.length), count(field.columns)) {
+            (Some((rows, more)), Some((columns, plus))) => quote! {
+                #families::Length::Grid { rows: (#rows, #more), columns: (#columns, #plus) }
+            },
+            (Some((count, plus)), None) => quote!(#families::Length::Count { count: #count, plus: #plus }),
             _ => quote!(#families::Length::One),
         };
         quote!(#families::Field { name: #name, unit: #unit, length: #length })
@@ -85,7 +89,7 @@ pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> T
                 const OPERATIONS: #usize = #operations;
                 const REPORT: &'static #str = #report;
                 const EQUATIONS: &'static #str = #equations;
-                fn ends(&self) -> #private::Result<#families::Vec<#usize>, #families::SizeError> { #ends }
+                fn ends(&self) -> #private::Result<#families::Sizes, #families::SizeError> { #ends }
                 const LOCAL: #private::bool = __LOCAL;
                 fn forces(&self, __at: #families::View<'_>, __out: &mut [#f64]) {
                     self.forces_by(1, __at, __out);
@@ -191,17 +195,15 @@ fn ends(surface: &Surface, compiled: &CompiledFamilies) -> TokenStream {
     });
     let lengths = family.fields.iter().map(|field| {
         let length = field.length.map_or_else(|| quote!(1isize), anchor);
-        quote! {
-            __end += #length.max(0) as usize;
-            __ends.push(__end);
-        }
+        let (name, columns) = (&field.name, field.columns.map_or_else(|| quote!(1isize), anchor));
+        quote!(__sizes.push(#name, __loops::length(#length), __loops::length(#columns))?;)
     });
     quote! {
         #(#counts)*
         #(#reads)*
-        let (mut __ends, mut __end) = (#families::Vec::new(), 0usize);
+        let mut __sizes = #families::Sizes::new();
         #(#lengths)*
-        #private::Ok(__ends)
+        #private::Ok(__sizes)
     }
 }
 
@@ -213,17 +215,18 @@ fn jets(surface: &Surface) -> TokenStream {
     let jet = quote!(#private::Expr::coordinate(__state.q()[__k], __state.u()[__k], __a[__k]));
     let fields = surface.coordinates.iter().enumerate().map(|(k, slot)| {
         let field = &slot.name;
-        let start = match k {
-            0 => quote!(0usize),
-            k => {
-                let before = k - 1;
-                quote!(__ends[#before])
+        if slot.grid {
+            quote! {
+                #field: {
+                    let (__nodes, __columns) = (__ends.range(#k), __ends.columns(#k));
+                    let __rows = __nodes.clone().step_by(__columns.max(1));
+                    __rows.map(|__row| (__row..__row + __columns).map(|__k| #jet).collect()).collect()
+                },
             }
-        };
-        if slot.family {
-            quote!(#field: (#start..__ends[#k]).map(|__k| #jet).collect(),)
+        } else if slot.family {
+            quote!(#field: __ends.range(#k).map(|__k| #jet).collect(),)
         } else {
-            quote!(#field: { let __k = #start; #jet },)
+            quote!(#field: { let __k = __ends.range(#k).start; #jet },)
         }
     });
     let inputs = surface.inputs.iter().enumerate().map(|(k, slot)| {
@@ -257,19 +260,31 @@ fn places(surface: &Surface, compiled: &CompiledFamilies) -> TokenStream {
             quote!((self.#count as isize + #plus))
         }
     };
-    let lines = compiled.places.iter().map(|(function, range)| {
-        let (text, start, end) = (plain(function), anchor(range.start), anchor(range.end));
-        quote! {
-            (
-                #text,
-                (#start..#end).map(|__i| __loops::Place::place(&self.#function(__q, __i as usize))).collect(),
-            )
-        }
+    let ends = |range: &Range| (anchor(range.start), anchor(range.end));
+    let lines = compiled.places.iter().map(|(function, ranges)| {
+        let text = plain(function);
+        let place = |arguments: TokenStream| quote!(__loops::Place::place(&self.#function(__q, #arguments)));
+        let (points, columns) = match &ranges[..] {
+            [rows, columns] => {
+                let ((first, last), (start, end)) = (ends(rows), ends(columns));
+                let place = place(quote!(__i as usize, __k as usize));
+                (
+                    quote!((#first..#last).flat_map(|__i| (#start..#end).map(move |__k| #place)).collect()),
+                    quote!(#private::Option::Some(__loops::length(#end - #start))),
+                )
+            }
+            nodes => {
+                let all = nodes.first().map(ends).into_iter().map(|(start, end)| {
+                    let place = place(quote!(__i as usize));
+                    quote!((#start..#end).map(|__i| #place).collect())
+                });
+                (quote!(#(#all)*), quote!(#private::Option::None))
+            }
+        };
+        quote!(#families::Places { function: #text, points: #points, columns: #columns })
     });
     quote! {
-        fn places(
-            &self, __q: &#name,
-        ) -> #families::Vec<(&'static #private::str, #families::Vec<[#private::f64; 3]>)> {
+        fn places(&self, __q: &#name) -> #families::Vec<#families::Places> {
             #families::Vec::from([#(#lines),*])
         }
     }
@@ -302,7 +317,7 @@ pub(crate) fn family_fallback(surface: &Surface) -> TokenStream {
                 const OPERATIONS: #private::usize = 0;
                 const REPORT: &'static #str = "";
                 const EQUATIONS: &'static #str = "";
-                fn ends(&self) -> #private::Result<#families::Vec<#private::usize>, #families::SizeError> {
+                fn ends(&self) -> #private::Result<#families::Sizes, #families::SizeError> {
                     #never
                 }
                 fn forces(&self, _: #families::View<'_>, _: &mut [#f64]) { #never }

@@ -14,7 +14,11 @@ pub(crate) fn family_types(surface: &Surface) -> TokenStream {
 
 /// What follows a name in a sentence: ", node by node, in m".
 fn described(slot: &Slot) -> String {
-    let nodes = if slot.family { ", node by node" } else { "" };
+    let nodes = match (slot.family, slot.grid) {
+        (_, true) => ", node by node, row after row",
+        (true, _) => ", node by node",
+        _ => "",
+    };
     let unit = if slot.unit.is_empty() { String::new() } else { format!(", in {}", slot.unit) };
     format!("{nodes}{unit}")
 }
@@ -30,10 +34,12 @@ fn coordinates(surface: &Surface) -> TokenStream {
     let derive = docs::derive(&private, &["Clone", "Debug"]);
     let field = |slot: &Slot| {
         let (field, doc) = (&slot.name, format!("`{}`{}.", slot.text(), described(slot)));
-        let ty = if slot.family {
-            quote!(#private::families::Vec<#private::Expr>)
-        } else {
-            quote!(#private::Expr)
+        let expr = quote!(#private::Expr);
+        let vec = quote!(#private::families::Vec);
+        let ty = match (slot.family, slot.grid) {
+            (_, true) => quote!(#vec<#vec<#expr>>),
+            (true, _) => quote!(#vec<#expr>),
+            _ => expr,
         };
         quote!(#[doc = #doc] #vis #field: #ty,)
     };
@@ -87,7 +93,9 @@ fn state(surface: &Surface) -> TokenStream {
             if slot.family {
                 let write = format_ident!("{}_mut", read);
                 let write_doc = format!("The {what}`{}`, to be changed.", slot.text());
+                let at = if slot.grid { node_of_grid(surface, slot, k, suffix, &all) } else { quote!() };
                 return quote! {
+                    #at
                     #[doc = #doc]
                     #[must_use]
                     #vis fn #read(&self) -> &[#f64] { &self.values.#all[self.values.range(#k)] }
@@ -149,20 +157,40 @@ fn state(surface: &Surface) -> TokenStream {
         #[automatically_derived]
         impl #private::families::FamilyState for #name {
             fn new(
-                t: #f64, q: #values, u: #values, inputs: #values,
-                ends: #private::families::Vec<#private::usize>,
+                t: #f64, q: #values, u: #values, inputs: #values, sizes: #private::families::Sizes,
             ) -> Self {
-                Self { values: #private::families::Values { t, q, u, inputs, ends } }
+                Self { values: #private::families::Values { t, q, u, inputs, sizes } }
             }
             fn t(&self) -> #f64 { self.values.t }
             fn q(&self) -> &[#f64] { &self.values.q }
             fn u(&self) -> &[#f64] { &self.values.u }
             fn inputs(&self) -> &[#f64] { &self.values.inputs }
-            fn ends(&self) -> &[#private::usize] { &self.values.ends }
+            fn ends(&self) -> &#private::families::Sizes { &self.values.sizes }
             fn parts_mut(&mut self) -> (&mut #f64, &mut [#f64], &mut [#f64], &mut [#f64]) {
                 let values = &mut self.values;
                 (&mut values.t, &mut values.q, &mut values.u, &mut values.inputs)
             }
+        }
+    }
+}
+
+/// `w_at` and `w_at_mut` of a grid.
+fn node_of_grid(surface: &Surface, slot: &Slot, k: usize, suffix: &str, all: &Ident) -> TokenStream {
+    let (vis, private, text) = (&surface.vis, surface.private(), slot.text());
+    let (read, write) = (name_of(slot, &format!("{suffix}_at")), name_of(slot, &format!("{suffix}_at_mut")));
+    let (f64, usize, option) = (quote!(#private::f64), quote!(#private::usize), quote!(#private::Option));
+    let what = if suffix.is_empty() { "" } else { "rate of " };
+    let doc = format!("The {what}`{text}[row][column]`; `None` where there is no such node.");
+    let write_doc = format!("The {what}`{text}[row][column]`, to be changed; `None` likewise.");
+    quote! {
+        #[doc = #doc]
+        #[must_use]
+        #vis fn #read(&self, row: #usize, column: #usize) -> #option<#f64> {
+            self.values.place(#k, row, column).map(|at| self.values.#all[at])
+        }
+        #[doc = #write_doc]
+        #vis fn #write(&mut self, row: #usize, column: #usize) -> #option<&mut #f64> {
+            self.values.place(#k, row, column).map(|at| &mut self.values.#all[at])
         }
     }
 }
