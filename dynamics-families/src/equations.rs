@@ -4,8 +4,8 @@
 use dynamics_runtime::simulate::OptionError;
 
 use crate::constraints::{ConstraintSummary, Rows};
-use crate::failure::FamilyErrorKind;
 use crate::drift::{DriftAndKick, drift};
+use crate::failure::FamilyErrorKind;
 use crate::integrate::Point;
 use crate::mass::Mass;
 use crate::model::{FamilyModel, FamilyState, Multipliers, View};

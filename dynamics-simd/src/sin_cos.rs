@@ -18,9 +18,9 @@
 //!   included (`tests/sin_cos.rs` compares with 70 digits).
 
 use crate::lanes::Lanes;
+use crate::lanes::sines::LARGEST_REDUCED;
 use crate::lanes::sines::near as reduced;
 pub use crate::lanes::sines::{FUSED, accurate, fast};
-use crate::lanes::sines::LARGEST_REDUCED;
 use crate::portable::Portable;
 
 /// Whether an angle is outside of the range of [`near`].

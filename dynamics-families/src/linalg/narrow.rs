@@ -134,9 +134,8 @@ pub(super) fn solve_tridiagonal(lower: &[f64], inverse: &[f64], x: &mut [f64], w
     });
     let mut pieces = x[..whole].chunks_exact_mut(length);
     let pieces: [&mut [f64]; STRETCHES] = core::array::from_fn(|_| pieces.next().unwrap_or_default());
-    let [rows, pivots] = [lower, inverse].map(|all| -> [&[f64]; STRETCHES] {
-        core::array::from_fn(|k| &all[k * length..(k + 1) * length])
-    });
+    let [rows, pivots] = [lower, inverse]
+        .map(|all| -> [&[f64]; STRETCHES] { core::array::from_fn(|k| &all[k * length..(k + 1) * length]) });
     for i in (0..length).rev() {
         for k in 0..STRETCHES {
             let [after, l_after] = carried[k];

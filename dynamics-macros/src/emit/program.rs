@@ -231,7 +231,9 @@ impl<'a> Printer<'a> {
             false => ("", "reciprocal_root"),
         };
         self.access.has_range.set(true);
-        format!("let (__r{root},{root})={{let __x={square};{range}let __r=__loops::roots::{function}(__x);(__r,__x*__r)}};\n")
+        format!(
+            "let (__r{root},{root})={{let __x={square};{range}let __r=__loops::roots::{function}(__x);(__r,__x*__r)}};\n"
+        )
     }
 
     fn sin_cos(&mut self, angle: NodeId, sin: Option<NodeId>, cos: Option<NodeId>) -> String {

@@ -30,9 +30,8 @@ impl Rope {
     }
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        let nodes: Expr = (0..self.nodes)
-            .map(|i| 0.5 * self.mass[i] * (q.s[i].dt().powi(2) + q.w[i].dt().powi(2)))
-            .sum();
+        let nodes: Expr =
+            (0..self.nodes).map(|i| 0.5 * self.mass[i] * (q.s[i].dt().powi(2) + q.w[i].dt().powi(2))).sum();
         let turns: Expr = (0..self.nodes + 1).map(|i| 0.5 * self.spin * q.turn[i].dt().powi(2)).sum();
         nodes + turns
     }

@@ -370,7 +370,13 @@ impl<'a> Loops<'a> {
                 }
                 #(#sums.add(__loops::block_sum(&#rooms[..__m]));)*
             };
-            body.extend(self.in_blocks(element.rounds, &quote!(__loops::BLOCK), &block, &quote!(), &quote!()));
+            body.extend(self.in_blocks(
+                element.rounds,
+                &quote!(__loops::BLOCK),
+                &block,
+                &quote!(),
+                &quote!(),
+            ));
         }
         quote! {
             struct __Energies<'a> {

@@ -205,8 +205,7 @@ impl Loops<'_> {
                 }
             }
         });
-        let written =
-            self.written(&[field], &TokenStream::new(), &TokenStream::new(), &[quote!(#sum[__j])]);
+        let written = self.written(&[field], &TokenStream::new(), &TokenStream::new(), &[quote!(#sum[__j])]);
         quote! {
             if __from < #length {
                 let mut #sum = [0.0; __loops::BLOCK];

@@ -94,7 +94,12 @@ impl Loops<'_> {
     }
 
     /// Where the node of round `__j`, or of the first round of a block, is in q.
-    pub(in crate::emit::families) fn place_in_lanes(&self, local: Local, lane: Axis, first: bool) -> TokenStream {
+    pub(in crate::emit::families) fn place_in_lanes(
+        &self,
+        local: Local,
+        lane: Axis,
+        first: bool,
+    ) -> TokenStream {
         let place = self.place_at(local, &|axis| match (axis == lane, first) {
             (true, true) => quote!(__lo),
             (true, false) => quote!((__lo + __j as isize)),
