@@ -25,8 +25,8 @@ impl<const B: usize> Window<B> {
         let (mut row, mut lower, mut pivot) = (*entries, [0.0; B], diagonal);
         for j in 0..B {
             let mut value = row[j];
-            for c in 0..j {
-                value -= row[c] * self.rows[j][c + B - j];
+            for (known, l) in row[..j].iter().zip(&self.rows[j][B - j..]) {
+                value -= known * l;
             }
             row[j] = value;
             lower[j] = value * self.inverse[j];
