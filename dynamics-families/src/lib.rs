@@ -16,6 +16,7 @@
 //! | `state` | states on the heap, and how they are given by name |
 //! | `loops`, `generated` | what generated code is made of |
 //! | `integrate/` | methods: Störmer–Verlet and its compositions, Runge–Kutta, implicit ones |
+//! | `drift` | a drift and a kick in one pass over memory |
 //! | `equations`, `mass` | accelerations from forces; M and its factors |
 //! | `constraints`, `reaction` | multipliers, corrections onto constraints; reactions by name |
 //! | `step_bound` | the longest step of a method |
@@ -29,6 +30,7 @@
 mod constraints;
 mod continuation;
 mod dispersion;
+mod drift;
 mod equations;
 mod error;
 mod failure;
