@@ -13,6 +13,9 @@ use crate::model::SizeError;
 /// Rounds of a block: elements reach beyond its nodes, by at most 16 on either side.
 pub const ROUNDS: usize = BLOCK + 32;
 
+/// Rounds of a block at the edges of grids: edges are short, and buffers are filled with zeros first.
+pub const EDGE: usize = 64;
+
 /// What a pass over the model writes.
 pub const FORCES: u8 = 0;
 /// Forces times a scale.

@@ -417,6 +417,10 @@ impl<'a> Elaborator<'a> {
     }
 
     pub(super) fn wrong_result(&mut self, function: &Function, expected: &str, found: &Value) {
+        // A mistake within is reported already.
+        if found.has_poison() {
+            return;
+        }
         let place = Place::of(&function.item.sig.output);
         let role = function.role.name();
         self.diagnostics.error(place, &messages::role_result(role, expected, found.shape()));

@@ -147,6 +147,14 @@ impl Value {
     pub(super) fn matrix(rows: [[Scalar; 3]; 3]) -> Self {
         Self::Matrix(Rc::new(rows))
     }
+    /// Whether it is poison, or contains some.
+    pub(super) fn has_poison(&self) -> bool {
+        match self {
+            Self::Poison => true,
+            Self::Array(all) | Self::Sequence(all) | Self::Tuple(all) => all.iter().any(Self::has_poison),
+            _ => false,
+        }
+    }
     pub(super) fn is_poison(&self) -> bool {
         matches!(self, Self::Poison)
     }

@@ -5,4 +5,5 @@ mod alone;
 mod grids;
 mod harness;
 mod pairs;
+mod rows;
 mod shapes;

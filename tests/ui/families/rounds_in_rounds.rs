@@ -20,7 +20,9 @@ impl Chain {
         let mut sum = Expr::ZERO;
         for i in 0..self.nodes {
             for j in 0..self.nodes {
-                sum += 0.5 * self.k * (q.s[i] - q.s[j]).powi(2);
+                for l in 0..self.nodes {
+                    sum += 0.5 * self.k * (q.s[i] - q.s[j] + q.s[l]).powi(2);
+                }
             }
         }
         sum

@@ -18,7 +18,11 @@ impl Chain {
     #[potential]
     fn springs(&self, q: &Coordinates<Self>) -> Expr {
         (0..self.nodes)
-            .map(|i| (0..self.nodes).map(|j| 0.5 * self.k * (q.s[i] - q.s[j]).powi(2)).sum::<Expr>())
+            .map(|i| {
+                (0..self.nodes)
+                    .map(|j| (0..self.nodes).map(|l| self.k * (q.s[i] - q.s[j] + q.s[l]).powi(2)).sum::<Expr>())
+                    .sum::<Expr>()
+            })
             .sum()
     }
 }

@@ -298,7 +298,7 @@ impl<'a> Loops<'a> {
                 }
                 #(#sums.add(__loops::block_sum(&#rooms[..__m]));)*
             };
-            body.extend(self.in_blocks(element.rounds, &block, &quote!(), &quote!()));
+            body.extend(self.in_blocks(element.rounds, &quote!(__loops::BLOCK), &block, &quote!(), &quote!()));
         }
         quote! {
             struct __Energies<'a> {
@@ -348,11 +348,12 @@ impl<'a> Loops<'a> {
         if body.is_empty() { body } else { quote!(#sizes #body) }
     }
 
-    /// A block of rounds, `__m` of them from `__lo` on, repeated over all rounds; with what stands before and
-    /// behind the blocks of one row.
+    /// A block of rounds, `__m` of them from `__lo` on and at most `size`, repeated over all rounds; with what
+    /// stands before and behind the blocks of one row.
     fn in_blocks(
         &self,
         rounds: Rounds,
+        size: &TokenStream,
         block: &TokenStream,
         before: &TokenStream,
         behind: &TokenStream,
@@ -363,7 +364,8 @@ impl<'a> Loops<'a> {
                 #before
                 let (mut __lo, __hi) = (#start, #end);
                 while __lo < __hi {
-                    let __m = ((__hi - __lo) as usize).min(__loops::BLOCK);
+                    const __MOST: usize = #size;
+                    let __m = ((__hi - __lo) as usize).min(__MOST);
                     #block
                     __lo += __m as isize;
                 }

@@ -185,6 +185,7 @@ impl Loops<'_> {
         }
         let rounds = self.rounds_of(element);
         quote! {{
+            const __MOST: usize = __loops::BLOCK;
             #rounds
             let __rounds = (__end - __start).max(0) as usize;
             #sums

@@ -90,7 +90,7 @@ impl Loops<'_> {
         }
         let block = quote! {
             #before
-            #(let mut #rooms = [0.0; __loops::BLOCK];)*
+            #(let mut #rooms = [0.0; __loops::EDGE];)*
             {
                 #(let #rooms = &mut #rooms[..__m];)*
                 for __j in 0..__m {
@@ -100,7 +100,7 @@ impl Loops<'_> {
             }
             #adds
         };
-        let blocks = self.in_blocks(element.rounds, &block, &row_sums, &row_whole);
+        let blocks = self.in_blocks(element.rounds, &quote!(__loops::EDGE), &block, &row_sums, &row_whole);
         quote!({ #sums #blocks #whole })
     }
 }

@@ -14,8 +14,8 @@ use super::reading::Reading;
 use super::{Given, Loops};
 use crate::emit::function;
 
-/// Rows of buffers that stay in the first-level cache with blocks of 256 columns.
-const MOST_ROWS: usize = 12;
+/// Numbers in buffers that stay in the first-level cache.
+const MOST_KEPT: usize = 3072;
 
 /// How an element is kept.
 struct Kept {
@@ -76,16 +76,17 @@ impl Loops<'_> {
         }
         // Smaller blocks where many rows are kept.
         let kept: usize = depths.iter().sum();
-        let width = (256 * MOST_ROWS / kept.max(MOST_ROWS)).next_power_of_two().clamp(64, 256);
+        let width = (MOST_KEPT / kept.max(1) / 64 * 64).clamp(64, 320);
         let (first, width) = (1 - deepest as isize, width as isize);
         let (room, gathered) = (width as usize + 32, self.grids().map(|field| self.gathered_row(field)));
         let named =
             |name: &str| -> Vec<_> { self.grids().map(|k| function(&format!("__{name}{k}"))).collect() };
         let (lengths, columns) = (named("l"), named("c"));
-        quote! {
+        quote! {{
+            const __MOST: usize = #room;
             let (mut __rows, mut __columns) = (0isize, 0isize);
             #(__rows = __rows.max(#lengths); __columns = __columns.max(#columns);)*
-            #(let mut #rooms = [[0.0; #room]; #depths];)*
+            #(let mut #rooms = [[0.0; __MOST]; #depths];)*
             let mut __from = 0isize;
             while __from < __columns {
                 let __to = (__from + #width).min(__columns);
@@ -101,7 +102,7 @@ impl Loops<'_> {
                 }
                 __from = __to;
             }
-        }
+        }}
     }
 
     /// The row of elements that is the last to reach row `__row` of nodes, into buffers.
@@ -135,20 +136,39 @@ impl Loops<'_> {
     fn gathered_row(&self, field: usize) -> TokenStream {
         let [length, columns, offset] = ["l", "c", "o"].map(|name| function(&format!("__{name}{field}")));
         let given = self.gathered(field, Gathering::Grid);
-        let mut before = TokenStream::new();
+        let (mut names, mut reads) = (Vec::new(), Vec::new());
         for (s, Given { element, offsets: [row, column], buffer, .. }) in given.iter().enumerate() {
             let kept = self.kept(&self.elements[*element]);
-            let (room, name) = (function(&format!("__g{element}_{buffer}")), function(&format!("__h{s}")));
+            let room = function(&format!("__g{element}_{buffer}"));
             let row = *row as isize;
             let (slot, begin) = (kept.slot(&quote!(__row - #row)), (kept.columns.1 - column) as usize);
-            before.extend(quote!(let #name = &#room[#slot][#begin..][..__m];));
+            names.push(function(&format!("__h{s}")));
+            reads.push(quote!(&#room[#slot][#begin..][..__m]));
         }
-        let place = quote!(#offset + __row * #columns + __from);
-        let written = self.written(&[place], &before, &TokenStream::new(), &[Self::sum_of(&given)]);
+        let (name, value) = (function(&format!("__gather{field}")), Self::sum_of(&given));
+        let private = self.surface.private();
+        // Arguments of a function do not overlap, so that its loops need no checks of that to vectorise.
         quote! {
+            #[inline(always)]
+            fn #name<const MODE: #private::u8>(__y: &mut [f64], __s: &[f64], __h: f64 #(, #names: &[f64])*) {
+                let __m = __y.len();
+                #(let #names = &#names[..__m];)*
+                if MODE == __loops::FORCES {
+                    for __j in 0..__m { __y[__j] = #value; }
+                    return;
+                }
+                let __s = &__s[..__m];
+                if MODE == __loops::SCALED {
+                    for __j in 0..__m { __y[__j] = #value * __s[__j]; }
+                } else {
+                    for __j in 0..__m { __y[__j] += __h * (#value * __s[__j]); }
+                }
+            }
             if 0 <= __row && __row < #length && __from < #columns {
                 let __m = (__to.min(#columns) - __from) as usize;
-                #written
+                let __at = (#offset + __row * #columns + __from) as usize;
+                let __s: &[f64] = if MODE == __loops::FORCES { &[] } else { &__scale[__at..][..__m] };
+                #name::<MODE>(&mut __out[__at..][..__m], __s, __h #(, #reads)*);
             }
         }
     }

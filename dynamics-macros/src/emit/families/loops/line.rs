@@ -78,7 +78,8 @@ impl Loops<'_> {
             let written = self.lines().map(|field| self.written_inside(field));
             quote!(#(#rounds)* if #inside { #(#written)* } else { #(#at_ends)* })
         };
-        quote! {
+        quote! {{
+            const __MOST: usize = __loops::ROUNDS;
             #(#reductions)*
             let mut __top = 0isize;
             #(__top = __top.max(#tops);)*
@@ -98,7 +99,7 @@ impl Loops<'_> {
                 __from = __to;
             }
             #(#whole)*
-        }
+        }}
     }
 
     /// The nodes that all fields have, and that are reached by all rounds that reach such nodes.

@@ -14,8 +14,8 @@ use crate::emit::function;
 /// Where a round finds what it reads.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(in crate::emit::families) enum Reading {
-    /// In slices of `__m` rounds from `__lo` on, at `__j`: rounds along this index. Another index has its
-    /// name.
+    /// In slices of `__m` rounds from `__lo` on, at most `__MOST`, at `__j`: rounds along this index. Another
+    /// index has its name.
     Lanes(Axis),
     /// By the indices of the round.
     Index,
@@ -174,7 +174,7 @@ impl Loops<'_> {
                     Stretch::Apart => {
                         let place = self.place_in_lanes(local, lane, false);
                         before.extend(quote! {
-                            let mut #ident = [0.0; __loops::ROUNDS];
+                            let mut #ident = [0.0; __MOST];
                             for __j in 0..__m { #ident[__j] = #all[#place]; }
                             let #ident = &#ident[..__m];
                         });
