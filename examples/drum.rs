@@ -1,8 +1,8 @@
 //! A rectangular drum: a membrane on a square grid, with large deflections.
 //!
 //! Struck softly in the shape of one mode, it moves in that mode alone, with the frequency of the closed form
-//! ω² = 4 T/m (sin²(p π/(2 (rows + 1))) + sin²(q π/(2 (columns + 1)))). Struck hard, its skin is stretched,
-//! and its pitch rises. A blow at one place makes waves that are reflected at the rim.
+//! ω² = 4 T/m (sin²(p π/(2 (rows + 1))) + sin²(q π/(2 (columns + 1)))). Struck hard, its pitch falls: the
+//! tension of the skin, a soap film, does not grow with its slope. A blow at one place makes waves that are reflected at the rim.
 //!
 //! Source: Rayleigh, The Theory of Sound (1877), chapter 9.
 
@@ -88,26 +88,25 @@ fn main() -> common::Outcome {
         (1..=5).flat_map(|p| (1..=5).map(move |q| (p, q))).map(|(p, q)| closed_form(&drum, p, q)).collect();
     exact.sort_by(f64::total_cmp);
     for (mode, exact) in drum.modes(&drum.state().build()?, 6)?.iter().zip(exact) {
-        println!(
-            "mode at {:8.3} Hz, closed form {:8.3} Hz",
-            mode.frequency() / (2.0 * PI),
-            exact / (2.0 * PI)
-        );
+        println!("mode at {:.3} rad/s, closed form {exact:.3} rad/s", mode.frequency());
         assert!((mode.frequency() / exact - 1.0).abs() < 1e-9);
     }
 
-    // Half a period after a soft release in mode (2, 3) the shape is upside down; after a hard one it was so
-    // before: the stretched skin has a higher pitch.
+    // Half a period after a soft release in mode (2, 3) the shape is upside down; a hard one is late, and
+    // still on its way.
     let half = PI / closed_form(&drum, 2, 3);
-    let after = |height: f64| -> Result<f64, Box<dyn std::error::Error>> {
-        let start = drum.state().w(shape(&drum, 2, 3, height)).w_rate(shape(&drum, 2, 3, 0.0)).build()?;
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let after = |height: f64| -> Result<[f64; 2], Box<dyn std::error::Error>> {
+        let start = drum.state().w(shape(&drum, 2, 3, height)).build()?;
         let motion = drum.simulate(start).until(half).tolerance(1e-10).record(Every::Last).run()?;
-        let (first, last) = (motion.start().w(), motion.end().w());
-        Ok(first.iter().zip(last).map(|(a, b)| a * b).sum::<f64>() / first.iter().map(|a| a * a).sum::<f64>())
+        let (first, last) = (motion.start().w(), motion.end());
+        Ok([last.w(), last.w_rate()].map(|end| dot(first, end) / dot(first, first)))
     };
-    let (soft, hard) = (after(1e-6)?, after(0.03)?);
-    println!("overlap with the start after half a period: soft {soft:.8}, hard {hard:.8}");
-    assert!((soft + 1.0).abs() < 1e-6 && hard > -0.999);
+    let ([soft, _], [hard, rate]) = (after(1e-6)?, after(0.03)?);
+    println!(
+        "overlap with the start after half a period: soft {soft:.8}, hard {hard:.8}, its rate {rate:.1}"
+    );
+    assert!((soft + 1.0).abs() < 1e-6 && hard > -0.999 && rate < 0.0);
 
     // A blow at one place.
     let blow =

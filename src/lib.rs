@@ -174,7 +174,7 @@ pub mod __private {
         pub use dynamics_families::loops::{self, output_values};
         pub use dynamics_families::model::{
             EnergyParts, Entries, FamilyModel, FamilyState, Field, Length, Multipliers, OutputDeclaration,
-            Pairs, Places, RowField, RowValues, SizeError, Sizes, View,
+            Pairs, Places, RowField, RowValues, Runs, SizeError, Sizes, View,
         };
         pub use dynamics_families::reaction::FamilyReaction;
         pub use dynamics_families::state::{FamilyStateError, GivenState, Values};

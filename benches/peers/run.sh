@@ -2,7 +2,8 @@
 # Measures other solvers on the problems of `examples/work_precision.rs`, then ours beside them, and single
 # evaluations of accelerations beside what others generate, on this machine.
 #
-#   benches/peers/run.sh [all | heyoka | scipy | sundials | casadi | crates | ours | evaluation | ensembles]...
+#   benches/peers/run.sh [all | heyoka | scipy | sundials | casadi | crates | ours | evaluation | ensembles |
+#                        families]...
 #
 # Needs Rust; python3 with venv for heyoka, SciPy and whatever integrates Andrews' mechanism; gcc for Andrews'
 # mechanism and, with g++, for the evaluations; SUNDIALS 6 with its headers (Debian: libsundials-dev). The
@@ -157,6 +158,17 @@ ensembles() {
     } | tee "$here/results/ensembles.txt"
 }
 
+# Models with families beside C by gcc, in one process, then NumPy and PyElastica.
+families() {
+    command -v gcc >/dev/null || { skip "models with families" "there is no gcc"; return; }
+    # A default build: the vectors are chosen at run time.
+    cargo build --release --quiet --manifest-path "$here/families/Cargo.toml" --target-dir "$work/families"
+    measure families "$work/families/release/dynamics-peers-families"
+    have numpy || { skip "NumPy" "it cannot be installed for python3 here"; return; }
+    have elastica || pip_install pyelastica || echo "PyElastica cannot be installed for python3 here" >&2
+    measure families_python "$python" "$here/python/run_families.py"
+}
+
 # Pinocchio's algorithms: generated as C, and compiled as they are.
 pinocchio_c() {
     if ! "$python" -c "import pinocchio" 2>/dev/null && ! pip_install pin; then
@@ -194,13 +206,13 @@ mujoco_c() {
 
 parts=("$@")
 if [ ${#parts[@]} -eq 0 ] || [ "${parts[0]}" = all ]; then
-    parts=(heyoka scipy sundials casadi crates ours evaluation ensembles)
+    parts=(heyoka scipy sundials casadi crates ours evaluation ensembles families)
 fi
 for name in "${parts[@]}"; do
     case "$name" in
-    heyoka | scipy | sundials | casadi | crates | ours | evaluation | ensembles) ;;
+    heyoka | scipy | sundials | casadi | crates | ours | evaluation | ensembles | families) ;;
     *)
-        echo "there is no part $name; there are heyoka, scipy, sundials, casadi, crates, ours, evaluation, ensembles" >&2
+        echo "there is no part $name; there are heyoka, scipy, sundials, casadi, crates, ours, evaluation, ensembles, families" >&2
         exit 2
         ;;
     esac

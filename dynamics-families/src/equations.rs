@@ -4,6 +4,7 @@
 use dynamics_runtime::simulate::OptionError;
 
 use crate::constraints::{ConstraintSummary, Rows};
+use crate::drift::{DriftAndKick, drift};
 use crate::failure::FamilyErrorKind;
 use crate::integrate::Point;
 use crate::mass::Mass;
@@ -28,7 +29,12 @@ pub(crate) struct Equations<'r, 'm, M: FamilyModel> {
     pub(crate) correction: f64,
     /// Evaluations of Q.
     pub(crate) evaluations: u64,
+    /// How many threads share an evaluation.
+    pub(crate) threads: usize,
 }
+
+/// All nodes.
+const ALL: [usize; 2] = [0, usize::MAX];
 
 impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
     pub(crate) fn new(
@@ -42,7 +48,7 @@ impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
         let seen = law.is_some().then(|| start.clone());
         let rows = Rows::of_model(model, mass, start.ends())?.map(Box::new);
         let inputs = start.inputs().to_vec();
-        Ok(Self { model, mass, law, inputs, seen, memory, rows, correction: 0.0, evaluations: 0 })
+        Ok(Self { model, mass, law, inputs, seen, memory, rows, correction: 0.0, evaluations: 0, threads: 1 })
     }
 
     /// λ of the last evaluation of the accelerations.
@@ -129,8 +135,32 @@ impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
     ) -> Result<(), FamilyErrorKind> {
         self.set_inputs(t, q, u)?;
         self.evaluations += 1;
-        self.model.forces(View { t, q, u, inputs: &self.inputs }, forces);
+        self.model.forces_by(self.threads, View { t, q, u, inputs: &self.inputs }, forces);
         Ok(())
+    }
+
+    /// q += `by` u, then u += `h` q̈ at the time t: in one pass over memory where the model can. The bits are the
+    /// same.
+    pub(crate) fn drift_and_kick(
+        &mut self,
+        t: f64,
+        q: &mut [f64],
+        u: &mut [f64],
+        ends: &[usize],
+        [by, h]: [f64; 2],
+    ) -> Result<(), FamilyErrorKind> {
+        match (self.mass, self.law) {
+            (Mass::Diagonal(inverse), None) if M::LOCAL && !M::VELOCITY_FORCES => {
+                self.evaluations += 1;
+                let step = DriftAndKick { t, drift: by, kick: h, inputs: &self.inputs, scale: inverse };
+                step.apply(self.model, self.threads, ends, q, u);
+                Ok(())
+            }
+            _ => {
+                drift(self.threads, q, u, by);
+                self.kick(t, q, h, u)
+            }
+        }
     }
 
     /// u += h q̈, in one pass where the model can.
@@ -138,7 +168,7 @@ impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
         if let (Mass::Diagonal(inverse), false) = (self.mass, M::VELOCITY_FORCES) {
             self.set_inputs(t, q, u)?;
             self.evaluations += 1;
-            self.model.kick(t, q, &self.inputs, inverse, h, u);
+            self.model.kick_by(self.threads, ALL, t, [q, &self.inputs, inverse], h, u);
             return Ok(());
         }
         self.set_inputs(t, q, u)?;

@@ -16,6 +16,7 @@
 //! | `state` | states on the heap, and how they are given by name |
 //! | `loops`, `generated` | what generated code is made of |
 //! | `integrate/` | methods: Störmer–Verlet and its compositions, Runge–Kutta, implicit ones |
+//! | `drift` | a drift and a kick in one pass over memory |
 //! | `equations`, `mass` | accelerations from forces; M and its factors |
 //! | `constraints`, `reaction` | multipliers, corrections onto constraints; reactions by name |
 //! | `step_bound` | the longest step of a method |
@@ -23,11 +24,13 @@
 //! | `motion`, `summary`, `failure`, `error` | what a run leaves |
 //! | `output` | tables, animations, pictures of a field over place and time |
 //! | `tangent` | the matrix of implicit steps, equilibria and modes |
-//! | `statics`, `modes`, `dispersion` | equilibria, frequencies, waves |
+//! | `statics`, `continuation`, `modes`, `dispersion` | equilibria, branches of them, frequencies, waves |
 //! | `linalg/` | banded matrices with a border |
 
 mod constraints;
+mod continuation;
 mod dispersion;
+mod drift;
 mod equations;
 mod error;
 mod failure;
@@ -55,6 +58,7 @@ mod summary;
 mod tangent;
 
 pub use constraints::ConstraintSummary;
+pub use continuation::EquilibriumBranch;
 pub use dispersion::FamilyBranch;
 pub use error::FamilyError;
 pub use failure::{FamilyErrorKind, FamilyMotionError};

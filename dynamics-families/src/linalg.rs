@@ -5,5 +5,6 @@ pub(crate) mod banded;
 pub(crate) mod bordered;
 pub(crate) mod dense;
 pub(crate) mod hermitian;
+mod narrow;
 pub(crate) mod order;
 pub(crate) mod tridiagonal;

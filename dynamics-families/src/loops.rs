@@ -7,11 +7,31 @@
 use dynamics_runtime::{Expr, Vec2, Vec3};
 use dynamics_simd::{Lanes, Task, in_widest_lanes};
 
+pub use crate::drift::DriftAndKick;
 pub use crate::generated::{BLOCK, Sum, block_sum};
+pub use crate::mass::Accelerations;
 use crate::model::SizeError;
+pub use crate::tangent::NewtonStep;
+pub use dynamics_simd::reciprocal_root as roots;
 
 /// Rounds of a block: elements reach beyond its nodes, by at most 16 on either side.
 pub const ROUNDS: usize = BLOCK + 32;
+
+/// Rounds whose entries of a matrix are made together: an element has many.
+pub const MATRIX_BLOCK: usize = 64;
+
+/// Most rounds of a block, along lines or grids.
+const MOST_NUMBERS: usize = 512;
+
+/// 0, 1, 2, …: numbers of rounds within a block. Reading them is quicker than to convert them.
+pub static NUMBERS: [f64; MOST_NUMBERS] = {
+    let (mut numbers, mut i) = ([0.0; MOST_NUMBERS], 0);
+    while i < MOST_NUMBERS {
+        numbers[i] = i as f64;
+        i += 1;
+    }
+    numbers
+};
 
 /// Rounds of a block at the edges of grids: edges are short, and buffers are filled with zeros first.
 pub const EDGE: usize = 64;
@@ -46,6 +66,64 @@ impl<P: Pass> Task for Wide<P> {
 #[inline(always)]
 pub fn in_wide_vectors<P: Pass>(pass: P) -> P::Output {
     in_widest_lanes(Wide(pass))
+}
+
+/// The parts of a slice between bounds, which rise.
+#[inline]
+pub fn pieces<const F: usize>(all: &mut [f64], bounds: [[isize; 2]; F]) -> [&mut [f64]; F] {
+    let (mut rest, mut taken) = (all, 0);
+    bounds.map(|bounds| {
+        let [begin, end] = bounds.map(|bound| bound.max(0) as usize);
+        let (_, behind) = core::mem::take(&mut rest).split_at_mut(begin - taken);
+        let (piece, behind) = behind.split_at_mut(end - begin);
+        (rest, taken) = (behind, end);
+        piece
+    })
+}
+
+/// Fewest nodes that a thread of its own is worth: about ten microseconds of work.
+const LEAST_PART: isize = 8192;
+
+/// Runs `run` on parts of a range of nodes, by several threads. Every piece has the nodes of one field, from
+/// the first on. What one part returns is returned; only whole ranges return something that counts.
+#[inline]
+pub fn in_parts<const F: usize, T: Send>(
+    threads: usize,
+    nodes: [isize; 2],
+    pieces: [&mut [f64]; F],
+    run: &(impl Fn([isize; 2], [&mut [f64]; F]) -> T + Sync),
+) -> T {
+    let [begin, end] = nodes;
+    if threads < 2 || end - begin < 2 * LEAST_PART {
+        return run(nodes, pieces);
+    }
+    let left = threads / 2;
+    let block = BLOCK as isize;
+    let middle = begin + (end - begin) / threads as isize * left as isize / block * block;
+    let mut behind = [const { None }; F];
+    let mut before = [const { None }; F];
+    for (k, piece) in pieces.into_iter().enumerate() {
+        let (first, second) = piece.split_at_mut(piece.len().min((middle - begin) as usize));
+        (before[k], behind[k]) = (Some(first), Some(second));
+    }
+    let [before, behind] = [before, behind].map(|pieces| pieces.map(Option::unwrap_or_default));
+    let both = join(
+        || in_parts(left, [begin, middle], before, run),
+        || in_parts(threads - left, [middle, end], behind, run),
+    );
+    both.0
+}
+
+/// Runs both, at the same time where the crate has threads.
+pub(crate) fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+    #[cfg(feature = "parallel")]
+    {
+        rayon::join(a, b)
+    }
+    #[cfg(not(feature = "parallel"))]
+    {
+        (a(), b())
+    }
 }
 
 /// Checks a count.

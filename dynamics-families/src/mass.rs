@@ -106,3 +106,29 @@ pub(crate) fn coordinate_name<M: FamilyModel>(sizes: &Sizes, unknown: usize) -> 
         }
     }
 }
+
+/// Accelerations of a model by themselves: what benchmarks measure.
+#[doc(hidden)]
+pub struct Accelerations {
+    mass: Mass,
+    memory: Vec<f64>,
+}
+
+impl Accelerations {
+    /// With the factors of the mass matrix; none where it has no inverse.
+    pub fn new<M: FamilyModel>(model: &M, sizes: &Sizes) -> Option<Self> {
+        let mass = Mass::new(model, sizes).ok()?;
+        Some(Self { mass, memory: vec![0.0; sizes.last().copied().unwrap_or(0)] })
+    }
+
+    /// q̈ without constraints, written to `a`.
+    pub fn evaluate<M: FamilyModel>(&mut self, model: &M, at: View<'_>, a: &mut [f64]) {
+        match &self.mass {
+            Mass::Diagonal(inverse) => model.scaled_forces(at, inverse, a),
+            Mass::Banded(parts) => {
+                model.forces(at, a);
+                parts.1.solve(a, &mut self.memory);
+            }
+        }
+    }
+}

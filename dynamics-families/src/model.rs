@@ -243,6 +243,10 @@ pub struct Places {
 /// Where entries of a matrix go, as (row, column, value). Entries of one place are added.
 pub type Entries<'a> = dyn FnMut(usize, usize, f64) + 'a;
 
+/// Where entries of a matrix along a diagonal go, as (row, column, values): value k belongs to row + k and
+/// column + k. Entries of one place are added.
+pub type Runs<'a> = dyn FnMut(usize, usize, &[f64]) + 'a;
+
 /// Where pairs of a row and a coordinate go.
 pub type Pairs<'a> = dyn FnMut(usize, usize) + 'a;
 
@@ -287,6 +291,8 @@ pub trait FamilyModel: Described + Sized + Sync + 'static {
     const VELOCITY_FORCES: bool;
     /// Whether M is diagonal.
     const DIAGONAL: bool;
+    /// Whether M, ∂Q/∂q and ∂Q/∂u are symmetric at every state; where that is not known they are looked at.
+    const SYMMETRIC: bool = false;
     /// Operations of the accelerations per node, all fields together.
     const OPERATIONS: usize;
     /// Degrees of freedom, structure, cost.
@@ -308,12 +314,42 @@ pub trait FamilyModel: Described + Sized + Sync + 'static {
     /// Adds h Q `scale` to the velocities, in one pass over memory. Only for models without velocity forces:
     /// Q is evaluated with no velocities.
     fn kick(&self, t: f64, q: &[f64], inputs: &[f64], scale: &[f64], h: f64, u: &mut [f64]);
+    /// Whether Q at a node depends on nodes at most 32 away and on ordinary coordinates alone, so that parts of
+    /// the model can be evaluated one by one.
+    const LOCAL: bool = false;
+    /// [`FamilyModel::forces`] by this many threads, where the model is [local](FamilyModel::LOCAL). The bits do
+    /// not depend on their number.
+    fn forces_by(&self, _threads: usize, at: View<'_>, forces: &mut [f64]) {
+        self.forces(at, forces);
+    }
+    /// [`FamilyModel::scaled_forces`], likewise.
+    fn scaled_forces_by(&self, _threads: usize, at: View<'_>, scale: &[f64], accelerations: &mut [f64]) {
+        self.scaled_forces(at, scale, accelerations);
+    }
+    /// [`FamilyModel::kick`] of the nodes from `nodes[0]` to before `nodes[1]` of every field, likewise, with
+    /// [q, inputs, scale]. Only for local models, unless all nodes are asked for. The first of them is a
+    /// multiple of 256. What has no index comes with the last node.
+    fn kick_by(
+        &self,
+        _threads: usize,
+        _nodes: [usize; 2],
+        t: f64,
+        [q, inputs, scale]: [&[f64]; 3],
+        h: f64,
+        u: &mut [f64],
+    ) {
+        self.kick(t, q, inputs, scale, h, u);
+    }
     /// T and V.
     fn energies(&self, at: View<'_>) -> EnergyParts;
     /// The entries of M, both halves.
     fn mass(&self, add: &mut Entries<'_>);
     /// The entries of −∂Q/∂q at a state.
     fn stiffness(&self, at: View<'_>, add: &mut Entries<'_>);
+    /// The same along diagonals, many at a time: what steps of implicit methods ask for.
+    fn stiffness_runs(&self, at: View<'_>, add: &mut Runs<'_>) {
+        self.stiffness(at, &mut |row, column, value| add(row, column, &[value]));
+    }
     /// The entries of −∂Q/∂u at a state; none without velocity forces.
     fn damping(&self, at: View<'_>, add: &mut Entries<'_>);
     /// Time jets at a state with these accelerations: what outputs and drawings are called with. Allocates.

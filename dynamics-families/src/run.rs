@@ -135,7 +135,9 @@ impl<'r, 'm, M: FamilyModel> Run<'r, 'm, M> {
                 let mut scheme = Implicit::new(method, model, &self.y, &self.equations.inputs, &self.ends)?;
                 self.fixed(h, &mut scheme)
             }
-            Some(h) if method.is_splitting() => self.fixed(h, &mut Splitting::new(method)),
+            Some(h) if method.is_splitting() => {
+                self.fixed(h, &mut Splitting::new(method, &self.ends.clone()))
+            }
             Some(h) => self.fixed(h, &mut Stages::new(Tableau::new(method).0, n)),
             None => self.adaptive(),
         }

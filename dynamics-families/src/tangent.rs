@@ -92,13 +92,17 @@ impl Tangent {
         weights: Coefficients,
         rows: Option<&Rows>,
     ) -> Result<(), FamilyErrorKind> {
-        self.matrix.clear();
-        if weights.mass != 0.0 {
-            self.matrix.add_multiple(weights.mass, &self.mass);
+        if M::DIAGONAL && self.rows == 0 {
+            self.matrix.set_diagonal(&self.diagonal, weights.mass);
+        } else {
+            self.matrix.clear();
+            if weights.mass != 0.0 {
+                self.matrix.add_multiple(weights.mass, &self.mass);
+            }
         }
         let mut fits = true;
         let matrix = &mut self.matrix;
-        model.stiffness(at, &mut |i, j, value| fits &= matrix.add(i, j, weights.stiffness * value));
+        model.stiffness_runs(at, &mut |i, j, values| fits &= matrix.add_run(i, j, values, weights.stiffness));
         if M::VELOCITY_FORCES && weights.damping != 0.0 {
             model.damping(at, &mut |i, j, value| fits &= matrix.add(i, j, weights.damping * value));
         }
@@ -125,7 +129,7 @@ impl Tangent {
     /// Factors the matrix in whatever way is possible.
     pub(crate) fn factor<M: FamilyModel>(&mut self, ends: &Sizes) -> Result<(), FamilyErrorKind> {
         self.uses_lu = self.rows > 0
-            || !self.matrix.is_symmetric()
+            || !(M::SYMMETRIC || self.matrix.is_symmetric())
             || self.ldl.factor(&self.matrix, Kind::Positive).is_err();
         if !self.uses_lu {
             return Ok(());
@@ -190,5 +194,40 @@ impl Tangent {
     pub(crate) fn bytes(&self) -> usize {
         let lu = self.lu.as_ref().map_or(0, Factors::bytes);
         self.mass.bytes() + self.matrix.bytes() + self.ldl.bytes() + lu + 24 * self.diagonal.len()
+    }
+}
+
+/// A Newton step of an implicit method, by itself: what benchmarks measure.
+#[doc(hidden)]
+pub struct NewtonStep {
+    tangent: Tangent,
+    sizes: Sizes,
+}
+
+impl NewtonStep {
+    /// With memory for a model.
+    ///
+    /// # Errors
+    /// A tangent that is not banded.
+    pub fn new<M: FamilyModel>(model: &M, at: View<'_>, sizes: &Sizes) -> Result<Self, FamilyErrorKind> {
+        Ok(Self { tangent: Tangent::new(model, at, sizes, None)?, sizes: sizes.clone() })
+    }
+
+    /// Assembles `mass` M + K at a state, factors it and replaces x by the solution.
+    ///
+    /// # Errors
+    /// A singular tangent.
+    pub fn solve<M: FamilyModel>(
+        &mut self,
+        model: &M,
+        at: View<'_>,
+        mass: f64,
+        x: &mut [f64],
+    ) -> Result<(), FamilyErrorKind> {
+        let weights = Coefficients { mass, damping: 0.0, stiffness: 1.0 };
+        self.tangent.assemble(model, at, weights, None)?;
+        self.tangent.factor::<M>(&self.sizes)?;
+        self.tangent.solve(x);
+        Ok(())
     }
 }

@@ -1,6 +1,7 @@
 //! The choice of lanes at run time.
 
 use core::marker::PhantomData;
+use core::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::lanes::{Code, Lanes};
 use crate::pair::Pair;
@@ -41,14 +42,24 @@ pub fn in_four_lanes<T: Task>(task: T) -> T::Output {
     run_with::<Portable, T>(task)
 }
 
+/// Bits of the widest vectors that [`in_widest_lanes`] may use.
+static WIDEST: AtomicUsize = AtomicUsize::new(usize::MAX);
+
+/// Limits the vectors that [`in_widest_lanes`] uses, of the whole process: to 128, 256 or 512 bits. Results do
+/// not depend on it. It is for measurements, and for tests that compare the bits of results.
+pub fn limit_vectors(bits: usize) {
+    WIDEST.store(bits, Ordering::Relaxed);
+}
+
 /// Runs a task with the most lanes that one vector of the processor has, but at least four.
 #[inline(always)]
 pub fn in_widest_lanes<T: Task>(task: T) -> T::Output {
+    let bits = WIDEST.load(Ordering::Relaxed);
     #[cfg(target_arch = "x86_64")]
-    if crate::x86::has_eight_lanes() {
+    if bits >= 512 && crate::x86::has_eight_lanes() {
         return run_with::<crate::x86::Avx512<false>, T>(task);
     }
-    in_four_lanes(task)
+    if bits >= 256 { in_four_lanes(task) } else { run_with::<Portable, T>(task) }
 }
 
 /// Runs a task with two of the widest vectors that the processor has, whose operations fill each other's

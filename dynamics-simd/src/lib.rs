@@ -6,7 +6,7 @@
 //!   [`in_fused_lanes`] run a task with the vectors that the processor has, found at run time: a program that
 //!   was compiled for every x86-64 processor uses AVX2 or AVX-512 where it is. Methods use four lanes. Many
 //!   runs side by side use two of the widest vectors, which is the fastest for long tasks.
-//! * [`sin_cos`] has sines and cosines, alone and side by side.
+//! * [`sin_cos`] has sines and cosines, alone and side by side; [`reciprocal_root`] has 1/√x.
 //!
 //! **The same bits everywhere.** Every operation rounds each lane as `f64` does, in the same order. Products
 //! and sums are fused where the target of the *build* has an instruction for it ([`sin_cos::FUSED`]), not
@@ -21,10 +21,11 @@ mod dispatch;
 mod lanes;
 mod pair;
 mod portable;
+pub mod reciprocal_root;
 pub mod sin_cos;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-pub use dispatch::{Task, in_four_lanes, in_fused_lanes, in_widest_lanes};
+pub use dispatch::{Task, in_four_lanes, in_fused_lanes, in_widest_lanes, limit_vectors};
 pub use lanes::{Code, Lanes, Wide};
 pub use portable::Portable;

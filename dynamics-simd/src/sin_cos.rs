@@ -18,9 +18,24 @@
 //!   included (`tests/sin_cos.rs` compares with 70 digits).
 
 use crate::lanes::Lanes;
+use crate::lanes::sines::LARGEST_REDUCED;
+use crate::lanes::sines::near as reduced;
 pub use crate::lanes::sines::{FUSED, accurate, fast};
-use crate::lanes::sines::{LARGEST_REDUCED, near};
 use crate::portable::Portable;
+
+/// Whether an angle is outside of the range of [`near`].
+#[inline(always)]
+#[must_use]
+pub fn is_far(x: f64) -> bool {
+    !(-LARGEST_REDUCED..=LARGEST_REDUCED).contains(&x)
+}
+
+/// [`fast`] without its branch, for angles that are not [far](is_far): loops of it vectorise.
+#[inline(always)]
+#[must_use]
+pub fn near(x: f64) -> (f64, f64) {
+    reduced(x)
+}
 
 /// Sines and cosines of several angles side by side, each the same as [`fast`] has it.
 ///
@@ -73,12 +88,12 @@ fn side_by_side<const K: usize>(x: [f64; K]) -> ([f64; K], [f64; K]) {
     // numbers to and fro.
     if K == Portable::COUNT {
         let (mut sines, mut cosines) = ([0.0; K], [0.0; K]);
-        let (s, c) = near(Portable::load(&x));
+        let (s, c) = reduced(Portable::load(&x));
         s.store(&mut sines);
         c.store(&mut cosines);
         return (sines, cosines);
     }
-    each(x, near)
+    each(x, reduced)
 }
 
 #[cold]

@@ -5,16 +5,18 @@
 //! coordinates of it, wherever i is. A back end prints loops over i. The nodes of a grid have two indices, and
 //! their elements two loops, one inside the other.
 //!
-//! Flow: `model`, `slopes` ← `rows` ← `derive` ← `shift` ← `dispersion` ← `text`; `derive` ← `verify`. `verify`
-//! compares the elements, put together, with the same model unrolled at small counts, which went through the
-//! whole pipeline of ordinary models.
+//! Flow: `model`, `slopes` ← `rows`, `index_free`, `springs` ← `derive` ← `shift` ← `dispersion` ← `text`;
+//! `derive` ← `verify`. `verify` compares the elements, put together, with the same model unrolled at small
+//! counts, which went through the whole pipeline of ordinary models.
 
 mod derive;
 mod dispersion;
+mod index_free;
 mod model;
 mod rows;
 mod shift;
 mod slopes;
+mod springs;
 mod text;
 mod verify;
 

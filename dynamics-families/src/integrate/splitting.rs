@@ -2,8 +2,8 @@
 //!
 //! * **Problem**: q̈ = a(t, q), forces without velocities; fixed step.
 //! * **Formula**: kick u += h/2 a, drift q += h u, kick u += h/2 a. Compositions make 5, 9 or 17 such steps
-//!   of γᵢ h. Kicks that follow one another are one: a Verlet step costs one pass over the forces and one
-//!   over q.
+//!   of γᵢ h. Kicks that follow one another are one. A drift and the kick behind it are one pass over memory
+//!   where the forces of a node depend on nodes nearby.
 //! * **Order** 2, 4, 6, 8; symplectic and reversible.
 //! * **Stability**: oscillations to hω = 2; 2.7, 2.5 and 3.1 for the compositions.
 //! * **Between steps** the velocities are half a kick ahead; states that are asked for get their own kick, so
@@ -23,11 +23,13 @@ use crate::model::FamilyModel;
 #[derive(Clone, Debug)]
 pub(crate) struct Splitting {
     shares: Vec<f64>,
+    /// Where every field ends.
+    ends: Vec<usize>,
 }
 
 impl Splitting {
     /// The method, which has to be one of this file.
-    pub(crate) fn new(method: FamilyMethod) -> Self {
+    pub(crate) fn new(method: FamilyMethod, ends: &[usize]) -> Self {
         let half = match method {
             FamilyMethod::Composition4 => tables::composition(5),
             FamilyMethod::Composition6 => tables::composition(9),
@@ -35,7 +37,7 @@ impl Splitting {
             _ => &[1.0],
         };
         let mirrored = half.iter().rev().skip(1);
-        Self { shares: half.iter().chain(mirrored).copied().collect() }
+        Self { shares: half.iter().chain(mirrored).copied().collect(), ends: ends.to_vec() }
     }
 }
 
@@ -59,12 +61,12 @@ impl<M: FamilyModel> FixedStep<M> for Splitting {
         let mut done = 0.0;
         for (i, &share) in self.shares.iter().enumerate() {
             let drift = share * h;
-            y.q.iter_mut().zip(&y.u).for_each(|(q, u)| *q += drift * u);
             done += share;
             let after = self.shares.get(i + 1).map_or(self.shares[0] * next, |share| share * h);
             // The last stage lies at the end of the step, whatever the shares sum up to by rounding.
             let t = y.t + if i + 1 == self.shares.len() { h } else { done * h };
-            equations.kick(t, &y.q, 0.5 * (drift + after), &mut y.u)?;
+            let both = [drift, 0.5 * (drift + after)];
+            equations.drift_and_kick(t, &mut y.q, &mut y.u, &self.ends, both)?;
         }
         Ok(())
     }

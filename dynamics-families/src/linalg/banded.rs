@@ -3,6 +3,8 @@
 //! Factors cost O(n b²), solutions O(n b), with b the half width. Source: Golub, Van Loan, *Matrix
 //! Computations*, 4th ed., §4.3.
 
+use super::narrow;
+
 /// A square matrix whose entries are at most `half` places from the diagonal.
 #[derive(Clone, Debug)]
 pub(crate) struct Banded {
@@ -29,6 +31,32 @@ impl Banded {
             return false;
         }
         self.data[row * (2 * self.half + 1) + shifted - row] += value;
+        true
+    }
+
+    /// Becomes a diagonal matrix.
+    pub(crate) fn set_diagonal(&mut self, entries: impl Iterator<Item = f64>) {
+        for (row, entry) in self.data.chunks_exact_mut(2 * self.half + 1).zip(entries) {
+            row.fill(0.0);
+            row[self.half] = entry;
+        }
+    }
+
+    /// Adds multiples to entries of which each is `stride` rows and columns after the one before; false where
+    /// they lie outside the band.
+    pub(crate) fn add_run(
+        &mut self,
+        [row, column]: [usize; 2],
+        stride: usize,
+        values: &[f64],
+        factor: f64,
+    ) -> bool {
+        let (shifted, width) = (column + self.half, 2 * self.half + 1);
+        if shifted < row || shifted - row > 2 * self.half {
+            return false;
+        }
+        let places = self.data[row * width + shifted - row..].iter_mut().step_by(stride * width);
+        places.zip(values).for_each(|(place, value)| *place += factor * value);
         true
     }
 
@@ -103,6 +131,8 @@ pub(crate) struct Ldl {
     lower: Vec<f64>,
     inverse: Vec<f64>,
     row: Vec<f64>,
+    /// Places after which a recurrence has forgotten its start, of tridiagonal matrices.
+    way: Option<usize>,
     /// Pivots below zero.
     pub(crate) negative: usize,
     /// Whether a pivot was at rounding.
@@ -112,13 +142,29 @@ pub(crate) struct Ldl {
 impl Ldl {
     pub(crate) fn new(n: usize, half: usize) -> Self {
         let (lower, inverse) = (vec![0.0; n * half], vec![0.0; n]);
-        Self { half, lower, inverse, row: vec![0.0; half + 1], negative: 0, singular: false }
+        Self { half, lower, inverse, row: vec![0.0; half + 1], way: None, negative: 0, singular: false }
     }
 
     /// Factors a matrix of this size. The error is the place of a pivot that is not as it should be.
     pub(crate) fn factor(&mut self, matrix: &Banded, pivots: Pivots) -> Result<(), usize> {
-        let b = self.half;
         (self.negative, self.singular) = (0, false);
+        if matrix.half != self.half {
+            return self.factor_any(matrix, pivots);
+        }
+        match self.half {
+            1 => self.factor_narrow::<1>(matrix, pivots)?,
+            2 => self.factor_narrow::<2>(matrix, pivots)?,
+            3 => self.factor_narrow::<3>(matrix, pivots)?,
+            4 => self.factor_narrow::<4>(matrix, pivots)?,
+            5 => self.factor_narrow::<5>(matrix, pivots)?,
+            _ => self.factor_any(matrix, pivots)?,
+        }
+        self.way = if self.half == 1 { narrow::way(&self.lower) } else { None };
+        Ok(())
+    }
+
+    fn factor_any(&mut self, matrix: &Banded, pivots: Pivots) -> Result<(), usize> {
+        let b = self.half;
         for i in 0..matrix.n {
             let first = i.saturating_sub(b);
             let (from, entries) = matrix.row(i);
@@ -142,46 +188,57 @@ impl Ldl {
                 pivot -= value * l;
                 self.lower[i * b + (j + b - i)] = l;
             }
-            let least = LEAST_PIVOT * scale;
-            if pivots == Pivots::Regular && pivot.abs() <= LEAST_SCALED_PIVOT {
-                return Err(i);
-            }
-            if pivots == Pivots::Positive && pivot.partial_cmp(&least) != Some(core::cmp::Ordering::Greater) {
-                return Err(i);
-            }
-            if !pivot.is_finite() {
-                return Err(i);
-            }
-            if pivot.abs() <= least {
-                self.singular = true;
-                pivot = if scale > 0.0 { least } else { f64::MIN_POSITIVE };
-            }
-            self.negative += usize::from(pivot < 0.0);
+            let pivot = self.checked(pivot, scale, pivots).ok_or(i)?;
             self.inverse[i] = 1.0 / pivot;
         }
         Ok(())
+    }
+
+    fn factor_narrow<const B: usize>(&mut self, matrix: &Banded, pivots: Pivots) -> Result<(), usize> {
+        let mut window = narrow::Window::<B>::new();
+        for (i, entries) in matrix.data.chunks_exact(2 * B + 1).enumerate() {
+            let scale = entries.iter().fold(0.0f64, |most, entry| most.max(entry.abs()));
+            let row = window.eliminate(&core::array::from_fn(|k| entries[k]), entries[B]);
+            let pivot = self.checked(row.pivot, scale, pivots).ok_or(i)?;
+            let inverse = 1.0 / pivot;
+            window.push(row.lower, inverse);
+            self.inverse[i] = inverse;
+            self.lower[i * B..(i + 1) * B].copy_from_slice(&row.lower);
+        }
+        Ok(())
+    }
+
+    /// A pivot as it is used, of a row whose largest entry is `scale`; none where it is not as it should be.
+    #[inline(always)]
+    fn checked(&mut self, mut pivot: f64, scale: f64, pivots: Pivots) -> Option<f64> {
+        let least = LEAST_PIVOT * scale;
+        if pivots == Pivots::Regular && pivot.abs() <= LEAST_SCALED_PIVOT {
+            return None;
+        }
+        if pivots == Pivots::Positive && pivot.partial_cmp(&least) != Some(core::cmp::Ordering::Greater) {
+            return None;
+        }
+        if !pivot.is_finite() {
+            return None;
+        }
+        if pivot.abs() <= least {
+            self.singular = true;
+            pivot = if scale > 0.0 { least } else { f64::MIN_POSITIVE };
+        }
+        self.negative += usize::from(pivot < 0.0);
+        Some(pivot)
     }
 
     /// Replaces x by the solution.
     pub(crate) fn solve(&self, x: &mut [f64]) {
         match self.half {
             0 => x.iter_mut().zip(&self.inverse).for_each(|(x, inverse)| *x *= inverse),
-            1 => self.solve_tridiagonal(x),
+            1 => narrow::solve_tridiagonal(&self.lower, &self.inverse, x, self.way),
+            2 => narrow::solve::<2>(&self.lower, &self.inverse, x),
+            3 => narrow::solve::<3>(&self.lower, &self.inverse, x),
+            4 => narrow::solve::<4>(&self.lower, &self.inverse, x),
+            5 => narrow::solve::<5>(&self.lower, &self.inverse, x),
             _ => self.solve_band(x),
-        }
-    }
-
-    fn solve_tridiagonal(&self, x: &mut [f64]) {
-        let mut before = 0.0;
-        for (x, l) in x.iter_mut().zip(&self.lower) {
-            before = *x - l * before;
-            *x = before;
-        }
-        let (mut after, mut l_after) = (0.0, 0.0);
-        for ((x, inverse), l) in x.iter_mut().zip(&self.inverse).zip(&self.lower).rev() {
-            after = *x * inverse - l_after * after;
-            *x = after;
-            l_after = *l;
         }
     }
 

@@ -58,6 +58,30 @@ impl Bordered {
         true
     }
 
+    /// Becomes a multiple of a diagonal matrix, whose entries are in the order of the model: in one pass.
+    pub(crate) fn set_diagonal(&mut self, entries: &[f64], factor: f64) {
+        let (core, border) = self.layout.unknown.split_at(self.core.n);
+        self.core.set_diagonal(core.iter().map(|&unknown| factor * entries[unknown]));
+        [&mut self.right, &mut self.below, &mut self.corner].into_iter().for_each(|x| x.fill(0.0));
+        for (k, &unknown) in border.iter().enumerate() {
+            self.corner[k * border.len() + k] = factor * entries[unknown];
+        }
+    }
+
+    /// Adds multiples along a diagonal: value k to row + k and column + k.
+    pub(crate) fn add_run(&mut self, row: usize, column: usize, values: &[f64], factor: f64) -> bool {
+        let [rows, columns] = [row, column].map(|first| self.layout.stride(first, values.len()));
+        if let (Some(stride), true) = (rows, rows == columns) {
+            let places = [row, column].map(|unknown| self.layout.place[unknown]);
+            return self.core.add_run(places, stride, values, factor);
+        }
+        let mut fits = true;
+        for (k, value) in values.iter().enumerate() {
+            fits &= self.add(row + k, column + k, factor * value);
+        }
+        fits
+    }
+
     /// Adds a multiple of a matrix of the same layout.
     pub(crate) fn add_multiple(&mut self, factor: f64, other: &Self) {
         self.core.add_multiple(factor, &other.core);

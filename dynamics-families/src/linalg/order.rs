@@ -32,6 +32,8 @@ pub(crate) struct Layout {
     pub(crate) half: usize,
     /// Whether every unknown stands at its own place.
     pub(crate) in_order: bool,
+    /// For every unknown how far the places of those behind it, all in the band, are evenly apart.
+    even_until: Vec<usize>,
 }
 
 /// The matrix couples too many distant unknowns for a band with a border.
@@ -119,13 +121,41 @@ impl Layout {
             }
         });
         let in_order = place.iter().enumerate().all(|(k, &place)| k == place);
-        Ok(Self { place, unknown, core, half, in_order })
+        let even_until = even_until(&place, core);
+        Ok(Self { place, unknown, core, half, in_order, even_until })
+    }
+
+    /// How far apart the places of `count` unknowns from `first` on are; none where that differs or some are in
+    /// the border.
+    #[inline]
+    pub(crate) fn stride(&self, first: usize, count: usize) -> Option<usize> {
+        match (count, self.even_until[first] >= first + count) {
+            (_, false) => None,
+            (0 | 1, true) => Some(1),
+            _ => self.place[first + 1].checked_sub(self.place[first]),
+        }
     }
 
     /// How many unknowns the border has.
     pub(crate) fn border(&self) -> usize {
         self.unknown.len() - self.core
     }
+}
+
+/// For every unknown the first one behind it that breaks an even order of places before `core`.
+fn even_until(place: &[usize], core: usize) -> Vec<usize> {
+    let n = place.len();
+    let mut until = vec![0; n];
+    for i in (0..n).rev() {
+        until[i] = match (place[i] < core, place.get(i + 1), place.get(i + 2)) {
+            (false, ..) => i,
+            (true, Some(next), _) if *next >= core => i + 1,
+            (true, None, _) => i + 1,
+            (true, Some(next), Some(after)) if *after < core && 2 * next == place[i] + after => until[i + 1],
+            (true, Some(_), _) => i + 2,
+        };
+    }
+    until
 }
 
 /// Which fields are ordinary coordinates beside families.

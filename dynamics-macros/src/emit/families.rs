@@ -1,6 +1,7 @@
 //! Models with families: types with the model's names, and loops over elements.
 
 mod loops;
+mod matrices;
 mod rows;
 mod traits;
 mod types;

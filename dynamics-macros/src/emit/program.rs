@@ -13,13 +13,13 @@ mod table;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use dynamics_symbolic::graph::{Graph, Node, NodeId};
+use dynamics_symbolic::graph::{Dependence, Graph, Node, NodeId, Unary};
 use dynamics_symbolic::schedule::{Program, Step};
 use fused::Fused;
 use proc_macro2::TokenStream;
 use quote::quote;
 
-pub(super) use operand::{Access, LANES_OF_BLOCK};
+pub(super) use operand::{Access, Block, LANES_OF_BLOCK};
 pub(super) use parts::{Body, Printed};
 
 /// Most `let`s of one block. Blocks of some thousands crash rustc, see the head of the file.
@@ -65,6 +65,10 @@ struct Printer<'a> {
     depths: BTreeMap<NodeId, usize>,
     /// Products that are written with the sums that read them.
     fused: Fused,
+    /// Roots that something is divided by, in loops over blocks: how their reciprocals are written, once they
+    /// are known.
+    reciprocals: BTreeMap<NodeId, String>,
+    divisors: BTreeSet<NodeId>,
     /// Locals used so far, for their numbers.
     locals: usize,
 }
@@ -81,6 +85,8 @@ impl<'a> Printer<'a> {
             inline: BTreeSet::new(),
             depths: BTreeMap::new(),
             fused: Fused::default(),
+            reciprocals: BTreeMap::new(),
+            divisors: BTreeSet::new(),
             locals: 0,
         }
     }
@@ -155,7 +161,7 @@ impl<'a> Printer<'a> {
         let mut lines = String::new();
         while let [step, rest @ ..] = steps {
             let run = self.known_angles(steps);
-            if run > 1 && !self.access.accurate && !self.access.lanes {
+            if run > 1 && !self.access.accurate && !self.access.lanes && self.access.block.is_none() {
                 let (together, rest) = steps.split_at(run);
                 lines.push_str(&self.sines_and_cosines(together));
                 steps = rest;
@@ -196,6 +202,7 @@ impl<'a> Printer<'a> {
 
     fn step(&mut self, step: &Step) -> String {
         match step {
+            Step::Node(id) if self.divisors.contains(id) => self.root(*id),
             Step::Node(id) => {
                 let value = self.operation(*id);
                 let read = self.fused.read(self.access.graph, step);
@@ -213,8 +220,32 @@ impl<'a> Printer<'a> {
         }
     }
 
+    /// A root that something is divided by, and its reciprocal.
+    fn root(&mut self, id: NodeId) -> String {
+        let Node::Unary(_, square) = self.access.graph.node(id) else { return String::new() };
+        let square = self.value(square);
+        let (root, near) = (self.define(id), self.access.block == Some(Block::Near));
+        self.reciprocals.insert(id, format!("__r{root}"));
+        let (range, function) = match near {
+            true => ("__far|=__loops::roots::is_far(__x);", "near"),
+            false => ("", "reciprocal_root"),
+        };
+        self.access.has_range.set(true);
+        format!(
+            "let (__r{root},{root})={{let __x={square};{range}let __r=__loops::roots::{function}(__x);(__r,__x*__r)}};\n"
+        )
+    }
+
     fn sin_cos(&mut self, angle: NodeId, sin: Option<NodeId>, cos: Option<NodeId>) -> String {
         let angle = self.value(angle);
+        if self.access.block == Some(Block::Near) && !self.access.accurate {
+            let mut name = |id: Option<NodeId>| id.map_or_else(|| "_".to_owned(), |id| self.define(id));
+            let (sin, cos) = (name(sin), name(cos));
+            self.access.has_range.set(true);
+            return format!(
+                "let ({sin},{cos})={{let __x={angle};__far|=__sin_cos::is_far(__x);__sin_cos::near(__x)}};\n"
+            );
+        }
         if self.access.lanes {
             let both = if self.access.accurate { "sin_cos_accurate" } else { "sin_cos" };
             let mut name = |id: Option<NodeId>| id.map_or_else(|| "_".to_owned(), |id| self.define(id));
@@ -258,9 +289,24 @@ impl<'a> Printer<'a> {
 pub(super) fn straight(access: &Access<'_>, program: &Program) -> (TokenStream, Vec<TokenStream>) {
     let wanted: BTreeSet<NodeId> = program.results.iter().copied().collect();
     let mut printer = Printer::new(access);
-    let statements = printer.statements(&all_steps(program, false), &wanted);
+    let steps = all_steps(program, false);
+    if access.block.is_some() {
+        printer.divisors = divisors(access.graph, &steps);
+    }
+    let statements = printer.statements(&steps, &wanted);
     let results = program.results.iter().map(|id| printer.result(*id)).collect();
     (statements, results)
+}
+
+/// Roots that something is divided by. Those of parameters alone are taken once for all rounds.
+fn divisors(graph: &Graph, steps: &[Step]) -> BTreeSet<NodeId> {
+    let divisor = |step: &Step| {
+        let Step::Node(id) = step else { return None };
+        let Node::Div(_, root) = graph.node(*id) else { return None };
+        let moves = !graph.dependence(root).within(Dependence::PARAMETERS);
+        (moves && matches!(graph.node(root), Node::Unary(Unary::Sqrt, _))).then_some(root)
+    };
+    steps.iter().filter_map(divisor).collect()
 }
 
 /// Printed code as tokens.

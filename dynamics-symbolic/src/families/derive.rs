@@ -6,9 +6,11 @@ use crate::calculus::directional;
 use crate::graph::{Dependence, Graph, NodeId, Origin, Symbol};
 use crate::mechanics::{EnergyRole, ForceTerm};
 
+use super::index_free::drop_index;
 use super::model::{Axis, FamilyModel, NodeIndex, Rounds, TermKind};
 use super::rows::{self, RowElement};
 use super::slopes::{entries, slopes};
+use super::springs;
 
 /// What one round adds to the equations of motion; nodes of the model's graph, coordinates by their numbers
 /// among the locals.
@@ -71,6 +73,7 @@ pub enum NoElement {
 /// # Errors
 /// A kinetic energy whose mass matrix is not constant.
 pub fn derive(model: &mut FamilyModel) -> Result<Derived, Vec<NoElement>> {
+    drop_index(model);
     let mut groups: BTreeMap<Rounds, Vec<usize>> = BTreeMap::new();
     for (k, term) in model.terms.iter().enumerate() {
         groups.entry(term.rounds).or_default().push(k);
@@ -85,6 +88,7 @@ pub fn derive(model: &mut FamilyModel) -> Result<Derived, Vec<NoElement>> {
         }
         let n = model.locals.len();
         let g = &mut model.model.graph;
+        springs::shorten(g, &mut element.forces);
         element.stiffness = slopes(g, &element.forces, Symbol::Coordinate, n);
         element.damping = slopes(g, &element.forces, Symbol::Rate, n);
         elements.push(element);

@@ -2,6 +2,7 @@
 #![allow(missing_docs, reason = "models of tests")]
 #![allow(clippy::excessive_precision, reason = "reference values keep their digits")]
 
+mod bits;
 mod constraints;
 mod grids;
 mod references;

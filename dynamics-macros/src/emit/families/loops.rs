@@ -15,17 +15,17 @@ use dynamics_symbolic::schedule::{Staging, schedule};
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::super::program::{Access, straight};
+use super::super::program::{Access, Block, straight};
 use super::super::{Surface, function};
 use super::field;
 use crate::compile::CompiledFamilies;
-pub(super) use reading::Reading;
+pub(super) use reading::{Reading, Stretch};
 
 /// What writes the loops of one model.
 pub(super) struct Loops<'a> {
     pub(super) surface: &'a Surface,
     pub(super) family: &'a FamilyModel,
-    elements: &'a [Element],
+    pub(super) elements: &'a [Element],
     pub(super) rows: &'a [RowElement],
     interior: &'a [Option<NodeId>],
 }
@@ -73,7 +73,7 @@ impl<'a> Loops<'a> {
     }
 
     /// The ends of a range as expressions of type `isize`.
-    fn ends(&self, range: Range) -> (TokenStream, TokenStream) {
+    pub(super) fn ends(&self, range: Range) -> (TokenStream, TokenStream) {
         (self.anchor(range.start), self.anchor(range.end))
     }
 
@@ -110,6 +110,32 @@ impl<'a> Loops<'a> {
         let access = Access::of_elements(self.surface, &self.family.model.graph, names);
         let (statements, values) = straight(&access, &program);
         (before, statements, values)
+    }
+
+    /// The loop over `__m` rounds of a block that writes `roots` to slices of these names, with what stands
+    /// before it. Sines, cosines and reciprocal roots come without branches, so that it vectorises; where an
+    /// argument is out of their range, the block is made anew.
+    pub(super) fn block(
+        &self,
+        roots: &[NodeId],
+        reading: Reading,
+        rooms: &[syn::Ident],
+    ) -> (TokenStream, TokenStream) {
+        let (before, names) = self.reading(roots, reading);
+        let graph = &self.family.model.graph;
+        let program = schedule(graph, "element", roots, Staging::Inline);
+        let printed = |block| {
+            let access = Access::of_elements(self.surface, graph, names.clone()).in_block(block);
+            let (statements, values) = straight(&access, &program);
+            let rounds = quote!(for __j in 0..__m { #statements #(#rooms[__j] = #values;)* });
+            (rounds, access.has_range.get())
+        };
+        let (near, has_range) = printed(Block::Near);
+        if !has_range {
+            return (before, near);
+        }
+        let (any, _) = printed(Block::Any);
+        (before, quote!(let mut __far = false; #near if __far { #any }))
     }
 
     /// Elements whose forces come to the nodes in this way, with their numbers and ranges.
@@ -189,35 +215,25 @@ impl<'a> Loops<'a> {
         if sum.is_empty() { quote!(0.0) } else { quote!((#sum)) }
     }
 
-    /// Writes values of `__m` nodes, `__j`, of fields that begin at these places, with what stands before the
+    /// Writes values of `__m` nodes, `__j`, of these fields from node `__from` on, with what stands before the
     /// loop.
     fn written(
         &self,
-        places: &[TokenStream],
+        fields: &[usize],
         before: &TokenStream,
         statements: &TokenStream,
         values: &[TokenStream],
     ) -> TokenStream {
         let named =
-            |name: &str| -> Vec<_> { (0..places.len()).map(|k| function(&format!("__{name}{k}"))).collect() };
-        let (outs, scales) = (named("y"), named("s"));
-        // Fields follow one another in memory.
-        let mut slices = TokenStream::new();
-        for (out, place) in outs.iter().zip(places) {
-            slices.extend(quote! {
-                let (_, __rest) = __rest.split_at_mut((#place) as usize - __taken);
-                let (#out, __rest) = __rest.split_at_mut(__m);
-                let __taken = (#place) as usize + __m;
-            });
-        }
+            |name: &str| -> Vec<_> { fields.iter().map(|k| function(&format!("__{name}{k}"))).collect() };
+        let (outs, scales, offsets, pieces) = (named("y"), named("s"), named("o"), named("out"));
         quote! {
             #before
-            let (__rest, __taken) = (&mut *__out, 0usize);
-            #slices
+            #(let #outs = &mut #pieces[(__from - __begin) as usize..][..__m];)*
             if MODE == __loops::FORCES {
                 for __j in 0..__m { #statements #(#outs[__j] = #values;)* }
             } else {
-                #(let #scales = &__scale[(#places) as usize..][..__m];)*
+                #(let #scales = &__scale[(#offsets + __from) as usize..][..__m];)*
                 if MODE == __loops::SCALED {
                     for __j in 0..__m { #statements #(#outs[__j] = #values * #scales[__j];)* }
                 } else {
@@ -227,7 +243,8 @@ impl<'a> Loops<'a> {
         }
     }
 
-    /// `__Forces`, a pass that writes Q, Q times a scale, or adds it to velocities.
+    /// Passes that write Q, Q times a scale, or add it to velocities: `__Forces` for nodes with one index, part
+    /// by part, and `__Rest` for all else; `__forces` calls both.
     pub(super) fn forces(&self) -> TokenStream {
         let (model, private) = (&self.surface.target, self.surface.private());
         let f64 = quote!(#private::f64);
@@ -242,24 +259,82 @@ impl<'a> Loops<'a> {
         let (line, grid) = (self.line_forces(), self.grid_forces());
         let added = self.elements_of(Gathering::Added);
         let added: Vec<TokenStream> = added.map(|(_, element, ..)| self.added_forces(element)).collect();
+        let local = added.is_empty() && self.grids().next().is_none() && self.line_is_local();
+        let line::Line { top, body, whole, sums } = line;
+        let count = self.family.fields.len();
+        let names = |of: &str| (0..count).map(|k| function(&format!("__{of}{k}"))).collect::<Vec<_>>();
+        let pieces = names("out");
+        let bounds = (0..count).map(|k| {
+            let [offset, length] = ["o", "l"].map(|name| function(&format!("__{name}{k}")));
+            match self.family.fields[k].columns {
+                None => quote!([#offset + __begin.min(#length), #offset + __end.min(#length)]),
+                Some(_) => quote!([#offset, #offset]),
+            }
+        });
         quote! {
+            /// The nodes with one index from `begin` to before `end`. Every piece of `out` has those of one
+            /// field.
             struct __Forces<'a, const MODE: #private::u8> {
                 model: &'a #model, t: #f64, q: &'a [#f64], u: &'a [#f64], w: &'a [#f64],
-                scale: &'a [#f64], h: #f64, out: &'a mut [#f64],
+                scale: &'a [#f64], h: #f64, begin: isize, end: isize, out: [&'a mut [#f64]; #count],
             }
             impl<const MODE: #private::u8> __loops::Pass for __Forces<'_, MODE> {
+                type Output = [#f64; #sums];
+                #[inline(always)]
+                fn run(self) -> Self::Output {
+                    let Self {
+                        model: __model, t: __t, q: __q, u: __u, w: __w, scale: __scale, h: __h,
+                        begin: __begin, end: __end, out: [#(#pieces),*],
+                    } = self;
+                    #sizes
+                    #body
+                }
+            }
+            /// All other nodes, sums over all rounds, and what has none.
+            struct __Rest<'a, const MODE: #private::u8> {
+                model: &'a #model, t: #f64, q: &'a [#f64], u: &'a [#f64], w: &'a [#f64],
+                scale: &'a [#f64], h: #f64, totals: [#f64; #sums], out: &'a mut [#f64],
+            }
+            impl<const MODE: #private::u8> __loops::Pass for __Rest<'_, MODE> {
                 type Output = ();
                 #[inline(always)]
                 fn run(self) {
                     let Self {
-                        model: __model, t: __t, q: __q, u: __u, w: __w, scale: __scale, h: __h, out: __out,
+                        model: __model, t: __t, q: __q, u: __u, w: __w, scale: __scale, h: __h,
+                        totals: __totals, out: __out,
                     } = self;
                     #sizes
                     #(#ordinary)*
-                    #line
+                    #(#whole)*
                     #grid
                     #(#added)*
                     #(#once)*
+                }
+            }
+            const __LOCAL: #private::bool = #local;
+            /// Forces of a range of nodes, to `out`, which has all nodes of all fields.
+            fn __forces<const MODE: #private::u8>(
+                __threads: #private::usize, __nodes: [isize; 2], __model: &#model, __t: #f64,
+                [__q, __u, __w, __scale]: [&[#f64]; 4], __h: #f64, __out: &mut [#f64],
+            ) {
+                #sizes
+                let __top = #top;
+                let [__begin, __end] = __nodes.map(|__node| __node.min(__top));
+                let __pieces = __loops::pieces(__out, [#(#bounds),*]);
+                let __threads = if __LOCAL { __threads } else { 1 };
+                let __totals = __loops::in_parts(
+                    __threads, [__begin, __end], __pieces, &|[__begin, __end]: [isize; 2], __pieces| {
+                        __loops::in_wide_vectors(__Forces::<MODE> {
+                            model: __model, t: __t, q: __q, u: __u, w: __w, scale: __scale, h: __h,
+                            begin: __begin, end: __end, out: __pieces,
+                        })
+                    },
+                );
+                if __end == __top {
+                    __loops::in_wide_vectors(__Rest::<MODE> {
+                        model: __model, t: __t, q: __q, u: __u, w: __w, scale: __scale, h: __h,
+                        totals: __totals, out: __out,
+                    });
                 }
             }
         }
@@ -285,17 +360,14 @@ impl<'a> Loops<'a> {
                 body.extend(quote!({ #before #statements #(#sums.add(#values);)* }));
                 continue;
             };
-            let (before, statements, values) = self.round(&roots, lanes);
             let rooms: Vec<_> = (0..roots.len()).map(|k| function(&format!("__g{k}"))).collect();
+            let (before, block) = self.block(&roots, lanes, &rooms);
             let block = quote! {
                 #before
                 #(let mut #rooms = [0.0; __loops::BLOCK];)*
                 {
                     #(let #rooms = &mut #rooms[..__m];)*
-                    for __j in 0..__m {
-                        #statements
-                        #(#rooms[__j] = #values;)*
-                    }
+                    #block
                 }
                 #(#sums.add(__loops::block_sum(&#rooms[..__m]));)*
             };
@@ -357,7 +429,7 @@ impl<'a> Loops<'a> {
 
     /// A block of rounds, `__m` of them from `__lo` on and at most `size`, repeated over all rounds; with
     /// what stands before and behind the blocks of one row.
-    fn in_blocks(
+    pub(super) fn in_blocks(
         &self,
         rounds: Rounds,
         size: &TokenStream,

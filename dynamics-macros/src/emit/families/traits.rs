@@ -43,7 +43,7 @@ pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> T
         .enumerate()
         .map(|(k, (name, ..))| quote!(#k => #families::output_values(&self.#name(__q)),));
     let loops = Loops::new(surface, compiled);
-    let (forces, energies) = (loops.forces(), loops.energies());
+    let (forces, energies, runs) = (loops.forces(), loops.energies(), loops.stiffness());
     let (row_pass, of_constraints) = (loops.row_pass(), loops.of_constraints());
     let matrix = |of| loops.entries(of);
     let (mass, stiffness, damping) = (
@@ -55,6 +55,7 @@ pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> T
     let derived = &compiled.derived;
     let (conservative, velocity_forces, diagonal) =
         (derived.conservative, derived.velocity_forces, derived.diagonal);
+    let symmetric = loops.is_symmetric();
     let operations = dynamics_symbolic::families::operations(family, derived);
     let (report, equations) = (&compiled.report, &compiled.equations);
     let name = surface.coordinates_type();
@@ -74,6 +75,7 @@ pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> T
             use #private::{f64, isize, usize};
             #forces
             #energies
+            #runs
             #row_pass
             impl #families::FamilyModel for #model {
                 type State = #state;
@@ -83,29 +85,47 @@ pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> T
                 const CONSERVATIVE: #private::bool = #conservative;
                 const VELOCITY_FORCES: #private::bool = #velocity_forces;
                 const DIAGONAL: #private::bool = #diagonal;
+                const SYMMETRIC: #private::bool = #symmetric;
                 const OPERATIONS: #usize = #operations;
                 const REPORT: &'static #str = #report;
                 const EQUATIONS: &'static #str = #equations;
                 fn ends(&self) -> #private::Result<#families::Sizes, #families::SizeError> { #ends }
+                const LOCAL: #private::bool = __LOCAL;
                 fn forces(&self, __at: #families::View<'_>, __out: &mut [#f64]) {
-                    __loops::in_wide_vectors(__Forces::<{ __loops::FORCES }> {
-                        model: self, t: __at.t, q: __at.q, u: __at.u, w: __at.inputs, scale: &[], h: 0.0,
-                        out: __out,
-                    });
+                    self.forces_by(1, __at, __out);
                 }
                 fn scaled_forces(&self, __at: #families::View<'_>, __scale: &[#f64], __out: &mut [#f64]) {
-                    __loops::in_wide_vectors(__Forces::<{ __loops::SCALED }> {
-                        model: self, t: __at.t, q: __at.q, u: __at.u, w: __at.inputs, scale: __scale, h: 0.0,
-                        out: __out,
-                    });
+                    self.scaled_forces_by(1, __at, __scale, __out);
                 }
                 fn kick(
                     &self, __t: #f64, __q: &[#f64], __w: &[#f64], __scale: &[#f64], __h: #f64,
                     __u: &mut [#f64],
                 ) {
-                    __loops::in_wide_vectors(__Forces::<{ __loops::KICK }> {
-                        model: self, t: __t, q: __q, u: &[], w: __w, scale: __scale, h: __h, out: __u,
-                    });
+                    self.kick_by(1, [0, #usize::MAX], __t, [__q, __w, __scale], __h, __u);
+                }
+                fn forces_by(&self, __threads: #usize, __at: #families::View<'_>, __out: &mut [#f64]) {
+                    __forces::<{ __loops::FORCES }>(
+                        __threads, [0, isize::MAX], self, __at.t, [__at.q, __at.u, __at.inputs, &[]], 0.0,
+                        __out,
+                    );
+                }
+                fn scaled_forces_by(
+                    &self, __threads: #usize, __at: #families::View<'_>, __scale: &[#f64],
+                    __out: &mut [#f64],
+                ) {
+                    __forces::<{ __loops::SCALED }>(
+                        __threads, [0, isize::MAX], self, __at.t, [__at.q, __at.u, __at.inputs, __scale],
+                        0.0, __out,
+                    );
+                }
+                fn kick_by(
+                    &self, __threads: #usize, __nodes: [#usize; 2], __t: #f64,
+                    [__q, __w, __scale]: [&[#f64]; 3], __h: #f64, __u: &mut [#f64],
+                ) {
+                    let __nodes = __nodes.map(|__node| isize::try_from(__node).unwrap_or(isize::MAX));
+                    __forces::<{ __loops::KICK }>(
+                        __threads, __nodes, self, __t, [__q, &[], __w, __scale], __h, __u,
+                    );
                 }
                 fn energies(&self, __at: #families::View<'_>) -> #families::EnergyParts {
                     __loops::in_wide_vectors(__Energies {
@@ -120,6 +140,11 @@ pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> T
                 fn stiffness(&self, __at: #families::View<'_>, __add: &mut #families::Entries<'_>) {
                     let (__model, __t, __q, __u, __w) = (self, __at.t, __at.q, __at.u, __at.inputs);
                     #stiffness
+                }
+                fn stiffness_runs(&self, __at: #families::View<'_>, __add: &mut #families::Runs<'_>) {
+                    __loops::in_wide_vectors(__Stiffness {
+                        model: self, t: __at.t, q: __at.q, u: __at.u, w: __at.inputs, add: __add,
+                    });
                 }
                 fn damping(&self, __at: #families::View<'_>, __add: &mut #families::Entries<'_>) {
                     let (__model, __t, __q, __u, __w) = (self, __at.t, __at.q, __at.u, __at.inputs);

@@ -1,6 +1,6 @@
 //! Where values come from, and how one operation is written.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
 use dynamics_symbolic::check::hazards::Branch;
@@ -38,6 +38,19 @@ pub(in super::super) struct Access<'a> {
     pub(super) accurate: bool,
     /// Elements of families: how their symbols are written.
     names: BTreeMap<Symbol, String>,
+    /// Elements of families in blocks: which functions of numbers they call.
+    pub(super) block: Option<Block>,
+    /// Whether something printed has a range of arguments: it sets `__far` where one is outside.
+    pub(in super::super) has_range: Cell<bool>,
+}
+
+/// The sines, cosines and reciprocal roots of a loop over a block. All have the same bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in super::super) enum Block {
+    /// Without a branch, so that the loop vectorises. Arguments out of range set `__far`.
+    Near,
+    /// For all arguments.
+    Any,
 }
 
 impl<'a> Access<'a> {
@@ -55,6 +68,8 @@ impl<'a> Access<'a> {
             lane_values: RefCell::default(),
             accurate: surface.accurate,
             names: BTreeMap::new(),
+            block: None,
+            has_range: Cell::new(false),
         }
     }
 
@@ -66,6 +81,11 @@ impl<'a> Access<'a> {
     ) -> Self {
         let functions = surface.functions.iter().map(|field| quote!(__model.#field).to_string()).collect();
         Self { functions, names, coefficients: false, ..Self::of_coefficients(surface, graph, 0) }
+    }
+
+    /// The same for a loop over a block.
+    pub(in super::super) fn in_block(self, block: Block) -> Self {
+        Self { block: Some(block), ..self }
     }
 
     /// Programs of Taylor coefficients: what they need of order 0 stands in an array `z`.
@@ -82,6 +102,8 @@ impl<'a> Access<'a> {
             lane_values: RefCell::default(),
             accurate: surface.accurate,
             names: BTreeMap::new(),
+            block: None,
+            has_range: Cell::new(false),
         }
     }
 
@@ -199,7 +221,11 @@ impl Printer<'_> {
                 None => format!("{}-{}", v(a), v(b)),
             },
             Node::Mul(a, b) => format!("{}*{}", v(a), v(b)),
-            Node::Div(a, b) => format!("{}/{}", v(a), v(b)),
+            Node::Div(a, b) => match self.reciprocals.get(&b) {
+                Some(reciprocal) if self.access.graph.is_one(a) => reciprocal.clone(),
+                Some(reciprocal) => format!("{}*{reciprocal}", v(a)),
+                None => format!("{}/{}", v(a), v(b)),
+            },
             Node::Neg(a) => format!("-{}", v(a)),
             Node::Unary(Unary::Sqrt, a) if self.access.lanes => format!("{}.sqrt()", v(a)),
             Node::Unary(function, a) if self.access.lanes => {

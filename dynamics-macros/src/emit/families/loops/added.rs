@@ -44,8 +44,8 @@ impl Loops<'_> {
             _ => Axis::First,
         };
         let (buffers, used) = self.buffers(element);
-        let (before, statements, values) = self.round(&buffers, Reading::Lanes(lane));
         let rooms: Vec<_> = (0..buffers.len()).map(|k| function(&format!("__g{k}"))).collect();
+        let (before, rounds) = self.block(&buffers, Reading::Lanes(lane), &rooms);
         let (mut sums, mut whole) = (TokenStream::new(), TokenStream::new());
         let (mut row_sums, mut row_whole) = (TokenStream::new(), TokenStream::new());
         let mut adds = TokenStream::new();
@@ -93,10 +93,7 @@ impl Loops<'_> {
             #(let mut #rooms = [0.0; __loops::EDGE];)*
             {
                 #(let #rooms = &mut #rooms[..__m];)*
-                for __j in 0..__m {
-                    #statements
-                    #(#rooms[__j] = #values;)*
-                }
+                #rounds
             }
             #adds
         };

@@ -108,9 +108,9 @@ impl Loops<'_> {
     /// The row of elements that is the last to reach row `__row` of nodes, into buffers.
     fn row_of_elements(&self, e: usize, element: &Element, outer: Range, kept: &Kept) -> TokenStream {
         let (buffers, _) = self.buffers(element);
-        let (before, statements, values) = self.round(&buffers, Reading::Lanes(Axis::Second));
         let [lo, hi] = ["lo", "hi"].map(|name| function(&format!("__{name}{e}")));
         let rooms: Vec<_> = (0..buffers.len()).map(|k| function(&format!("__g{e}_{k}"))).collect();
+        let (before, block) = self.block(&buffers, Reading::Lanes(Axis::Second), &rooms);
         let (start, end) = self.ends(outer);
         let (below, above) = (kept.rows.0 as isize, kept.columns.1 as isize);
         let slot = kept.slot(&quote!(__i));
@@ -121,10 +121,7 @@ impl Loops<'_> {
                 let (__slot, __begin) = (#slot, (#lo + #above - __from) as usize);
                 #before
                 #(let #rooms = &mut #rooms[__slot][__begin..][..__m];)*
-                for __j in 0..__m {
-                    #statements
-                    #(#rooms[__j] = #values;)*
-                }
+                #block
             } else if __i >= #end {
                 let __slot = #slot;
                 #(#rooms[__slot].fill(0.0);)*

@@ -9,7 +9,7 @@
 //! every round is a sum over its rounds; every round is counted in the block that holds its index.
 
 use dynamics_symbolic::families::{Axis, Element, Gathering, NodeIndex, Range};
-use dynamics_symbolic::graph::NodeId;
+use dynamics_symbolic::graph::{Node, NodeId, Symbol};
 use dynamics_symbolic::schedule::{Staging, schedule};
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -17,6 +17,18 @@ use quote::quote;
 use super::reading::Reading;
 use super::{Given, Loops};
 use crate::emit::function;
+
+/// The loop over blocks of nodes.
+pub(super) struct Line {
+    /// The number of nodes, or of rounds where there are more.
+    pub(super) top: TokenStream,
+    /// The loop over the nodes from `__begin` to before `__end`; it has the totals of sums over the rounds.
+    pub(super) body: TokenStream,
+    /// Adds these totals, `__totals`, to what is written.
+    pub(super) whole: Vec<TokenStream>,
+    /// How many there are.
+    pub(super) sums: usize,
+}
 
 /// Most operations of the forces of a node far from all ends, for each force that is gathered there, up to
 /// which they are made anew at every node.
@@ -45,49 +57,58 @@ impl Loops<'_> {
     }
 
     /// The nodes of all fields with one index.
-    pub(super) fn line_forces(&self) -> TokenStream {
-        if self.lines().next().is_none() && self.with_rounds().next().is_none() {
-            return TokenStream::new();
-        }
+    pub(super) fn line_forces(&self) -> Line {
         let mut tops: Vec<TokenStream> =
             self.lines().map(|k| function(&format!("__l{k}"))).map(|l| quote!(#l)).collect();
         tops.extend(self.with_rounds().map(|(.., range)| self.anchor(range.end)));
-        let (mut reductions, mut whole, mut rooms) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut rounds, mut bounds) = (Vec::new(), Vec::new());
+        let top = quote!(0isize #(.max(#tops))*);
+        let (mut reductions, mut whole, mut totals) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut rounds, mut bounds, mut rooms) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut none_made, mut forgotten) = (Vec::new(), Vec::new());
         for (e, element, range) in self.with_rounds() {
-            let (lo, hi) = (function(&format!("__lo{e}")), function(&format!("__hi{e}")));
+            let [lo, hi, first] = ["lo", "hi", "first"].map(|name| function(&format!("__{name}{e}")));
             // A round is made for the block that holds its index, too.
             let (below, above) = element.reach(self.family, Axis::First).unwrap_or((0, 0));
             let (below, above) = (below.min(0) as isize, above.max(0) as isize);
             let (start, end) = (self.anchor(range.start), self.anchor(range.end));
-            bounds.push(quote! {
-                let #lo = (__from - #above).max(#start);
-                let #hi = (__to - #below).min(#end);
-            });
             let buffers = self.buffers(element).0.len();
-            rooms.extend((0..buffers).map(|k| function(&format!("__g{e}_{k}"))));
-            rounds.push(self.rounds(e, element, &mut reductions, &mut whole));
+            let own: Vec<_> = (0..buffers).map(|k| function(&format!("__g{e}_{k}"))).collect();
+            // Rounds that the block before has made, too, are kept.
+            bounds.push(quote! {
+                let (__before, __made) = (#lo, #hi);
+                #lo = (__from - #above).max(#start);
+                #hi = (__to - #below).min(#end);
+                let #first = __made.max(#lo);
+                for __k in 0..(#first.min(__made) - #lo).max(0) as usize {
+                    let __old = __k + (#lo - __before) as usize;
+                    #(#own[__k] = #own[__old];)*
+                }
+            });
+            none_made.push(quote!(let (mut #lo, mut #hi) = (0isize, 0isize);));
+            forgotten.push(quote!((#lo, #hi) = (0, 0);));
+            rooms.extend(own);
+            rounds.push(self.rounds(e, element, [&mut reductions, &mut whole, &mut totals]));
         }
         let covered = self.covered();
         let inside = quote!(__first_inside <= __from && __to <= __end_inside);
         let at_ends: Vec<TokenStream> = self.lines().map(|field| self.written_at_ends(field)).collect();
         let block = if self.is_cheap() {
             let nodes = self.written_by_nodes();
-            quote!(if #inside { #nodes } else { #(#rounds)* #(#at_ends)* })
+            quote!(if #inside { #(#forgotten)* #nodes } else { #(#rounds)* #(#at_ends)* })
         } else {
             let written = self.lines().map(|field| self.written_inside(field));
             quote!(#(#rounds)* if #inside { #(#written)* } else { #(#at_ends)* })
         };
-        quote! {{
+        let body = quote! {
             const __MOST: usize = __loops::ROUNDS;
+            let __top = #top;
             #(#reductions)*
-            let mut __top = 0isize;
-            #(__top = __top.max(#tops);)*
             #(let mut #rooms = [0.0; __loops::ROUNDS];)*
             #covered
-            let mut __from = 0isize;
-            while __from < __top {
-                let mut __to = (__from + __loops::BLOCK as isize).min(__top);
+            #(#none_made)*
+            let mut __from = __begin;
+            while __from < __end {
+                let mut __to = (__from + __loops::BLOCK as isize).min(__end);
                 // Blocks inside hold no node of an end.
                 if __from < __first_inside {
                     __to = __to.min(__first_inside);
@@ -98,8 +119,29 @@ impl Loops<'_> {
                 #block
                 __from = __to;
             }
-            #(#whole)*
-        }}
+            [#(#totals),*]
+        };
+        Line { top, body, sums: whole.len(), whole }
+    }
+
+    /// Whether forces at a node depend on nodes nearby and on ordinary coordinates alone, and no node has a sum
+    /// over all rounds.
+    pub(super) fn line_is_local(&self) -> bool {
+        let graph = &self.family.model.graph;
+        let far = |l: u32| {
+            let local = self.family.locals[l as usize];
+            let is_family = self.family.fields[local.field as usize].length.is_some();
+            is_family && matches!(local.index, NodeIndex::Fixed(_))
+        };
+        let of_node = |id: NodeId| match graph.node(id) {
+            Node::Symbol(Symbol::Coordinate(l) | Symbol::Rate(l)) => far(l),
+            _ => false,
+        };
+        let summed = |a: usize| matches!(self.family.locals[a].index, NodeIndex::Fixed(_));
+        !self
+            .with_rounds()
+            .flat_map(|(_, element, _)| &element.forces)
+            .any(|(a, force)| summed(*a) || graph.cone(&[*force]).into_iter().any(of_node))
     }
 
     /// The nodes that all fields have, and that are reached by all rounds that reach such nodes.
@@ -131,17 +173,17 @@ impl Loops<'_> {
             let (name, k) = (function(&format!("__h{s}")), *k as isize);
             before.extend(quote!(let #name = &#room[(__from - #k - #lo) as usize..][..__m];));
         }
-        let written = self.written(&[place(field)], &before, &TokenStream::new(), &[Self::sum_of(&given)]);
+        let written = self.written(&[field], &before, &TokenStream::new(), &[Self::sum_of(&given)]);
         quote!({ let __m = (__to - __from) as usize; #written })
     }
 
     /// A block inside, all fields at once, every node by itself.
     fn written_by_nodes(&self) -> TokenStream {
-        let places: Vec<TokenStream> = self.lines().map(place).collect();
+        let fields: Vec<usize> = self.lines().collect();
         let roots: Vec<NodeId> = self.interior.iter().flatten().copied().collect();
         let (before, statements, values) = self.round(&roots, Reading::Lanes(Axis::First));
         let values: Vec<TokenStream> = values.iter().map(|value| quote!((#value))).collect();
-        let written = self.written(&places, &before, &statements, &values);
+        let written = self.written(&fields, &before, &statements, &values);
         quote!(let (__lo, __m) = (__from, (__to - __from) as usize); #written)
     }
 
@@ -163,8 +205,7 @@ impl Loops<'_> {
                 }
             }
         });
-        let written =
-            self.written(&[place(field)], &TokenStream::new(), &TokenStream::new(), &[quote!(#sum[__j])]);
+        let written = self.written(&[field], &TokenStream::new(), &TokenStream::new(), &[quote!(#sum[__j])]);
         quote! {
             if __from < #length {
                 let mut #sum = [0.0; __loops::BLOCK];
@@ -180,13 +221,12 @@ impl Loops<'_> {
         &self,
         e: usize,
         element: &Element,
-        reductions: &mut Vec<TokenStream>,
-        whole: &mut Vec<TokenStream>,
+        [reductions, whole, totals]: [&mut Vec<TokenStream>; 3],
     ) -> TokenStream {
         let (buffers, used) = self.buffers(element);
-        let (lo, hi) = (function(&format!("__lo{e}")), function(&format!("__hi{e}")));
-        let (before, statements, values) = self.round(&buffers, Reading::Lanes(Axis::First));
+        let [lo, hi, first] = ["lo", "hi", "first"].map(|name| function(&format!("__{name}{e}")));
         let rooms: Vec<_> = (0..buffers.len()).map(|k| function(&format!("__g{e}_{k}"))).collect();
+        let (before, block) = self.block(&buffers, Reading::Lanes(Axis::First), &rooms);
         let mut sums = TokenStream::new();
         for (s, ((a, _), (buffer, opposite))) in element.forces.iter().zip(used).enumerate() {
             let local = self.family.locals[*a];
@@ -203,25 +243,18 @@ impl Loops<'_> {
                     #name.add(#sign __loops::block_sum(__own));
                 }
             });
-            whole.push(self.added(&quote!(#name.total()), &place));
+            let number = whole.len();
+            whole.push(self.added(&quote!(__totals[#number]), &place));
+            totals.push(quote!(#name.total()));
         }
         quote! {
-            if #lo < #hi {
-                let (__lo, __m) = (#lo, (#hi - #lo) as usize);
+            if #first < #hi {
+                let (__lo, __m) = (#first, (#hi - #first) as usize);
                 #before
-                #(let #rooms = &mut #rooms[..__m];)*
-                for __j in 0..__m {
-                    #statements
-                    #(#rooms[__j] = #values;)*
-                }
-                #sums
+                #(let #rooms = &mut #rooms[(#first - #lo) as usize..][..__m];)*
+                #block
             }
+            #sums
         }
     }
-}
-
-/// Where the nodes of a block begin in a field.
-fn place(field: usize) -> TokenStream {
-    let offset = function(&format!("__o{field}"));
-    quote!(#offset + __from)
 }

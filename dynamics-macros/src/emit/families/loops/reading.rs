@@ -34,7 +34,7 @@ impl Reading {
 
 /// The nodes of a block of rounds in memory.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Stretch {
+pub(in crate::emit::families) enum Stretch {
     /// One and the same.
     Same,
     /// One after the other.
@@ -94,7 +94,12 @@ impl Loops<'_> {
     }
 
     /// Where the node of round `__j`, or of the first round of a block, is in q.
-    pub(super) fn place_in_lanes(&self, local: Local, lane: Axis, first: bool) -> TokenStream {
+    pub(in crate::emit::families) fn place_in_lanes(
+        &self,
+        local: Local,
+        lane: Axis,
+        first: bool,
+    ) -> TokenStream {
         let place = self.place_at(local, &|axis| match (axis == lane, first) {
             (true, true) => quote!(__lo),
             (true, false) => quote!((__lo + __j as isize)),
@@ -107,7 +112,7 @@ impl Loops<'_> {
     }
 
     /// How the nodes of a local lie in memory, in a block of rounds along an index.
-    pub(super) fn stretch(&self, local: Local, lane: Axis) -> Stretch {
+    pub(in crate::emit::families) fn stretch(&self, local: Local, lane: Axis) -> Stretch {
         let moves = |index: NodeIndex| matches!(index, NodeIndex::Round(axis, _) if axis == lane);
         match (moves(local.index), local.column.map(moves)) {
             (false, None | Some(false)) => Stretch::Same,
@@ -196,7 +201,8 @@ impl Loops<'_> {
                 quote!((#name as f64)).to_string()
             }
             Source::Round(axis) if reading == Reading::Lanes(axis) => {
-                "((__lo+__j as isize) as f64)".to_owned()
+                before.extend(quote!(let (__index, __numbers) = (__lo as f64, &__loops::NUMBERS[..__m]);));
+                "(__index+__numbers[__j])".to_owned()
             }
             Source::Round(axis) => format!("({} as f64)", index_name(axis)),
             Source::Numbered { parameter, index } => {
