@@ -18,10 +18,8 @@ use dynamics::prelude::*;
 struct Drum {
     rows: usize,
     columns: usize,
-    /// Distance of neighbours.
     pitch: f64,
     tension: f64,
-    /// Mass of a node.
     mass: f64,
 }
 
@@ -74,8 +72,7 @@ fn closed_form(drum: &Drum, p: usize, q: usize) -> f64 {
 /// The shape of mode (p, q), row after row.
 fn shape(drum: &Drum, p: usize, q: usize, height: f64) -> Vec<f64> {
     let sine = |k: usize, i: usize, n: usize| (k as f64 * PI * (i + 1) as f64 / (n + 1) as f64).sin();
-    let row = |i: usize| (0..drum.columns).map(move |j| (i, j));
-    let nodes = (0..drum.rows).flat_map(row);
+    let nodes = (0..drum.rows).flat_map(|i| (0..drum.columns).map(move |j| (i, j)));
     nodes.map(|(i, j)| height * sine(p, i, drum.rows) * sine(q, j, drum.columns)).collect()
 }
 
@@ -116,7 +113,6 @@ fn main() -> common::Outcome {
     println!("\n{}", motion.summary());
     let middle = motion.end().w_at(19, 29).ok_or("the drum has a middle")?;
     println!("the middle is at {:.4} mm at the end", 1e3 * middle);
-
     let mut files = common::Files::of("drum");
     motion.animate(files.path("drum.html"))?;
     files.list();
