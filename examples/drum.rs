@@ -88,7 +88,11 @@ fn main() -> common::Outcome {
         (1..=5).flat_map(|p| (1..=5).map(move |q| (p, q))).map(|(p, q)| closed_form(&drum, p, q)).collect();
     exact.sort_by(f64::total_cmp);
     for (mode, exact) in drum.modes(&drum.state().build()?, 6)?.iter().zip(exact) {
-        println!("mode at {:8.3} Hz, closed form {:8.3} Hz", mode.frequency() / (2.0 * PI), exact / (2.0 * PI));
+        println!(
+            "mode at {:8.3} Hz, closed form {:8.3} Hz",
+            mode.frequency() / (2.0 * PI),
+            exact / (2.0 * PI)
+        );
         assert!((mode.frequency() / exact - 1.0).abs() < 1e-9);
     }
 
@@ -106,7 +110,8 @@ fn main() -> common::Outcome {
     assert!((soft + 1.0).abs() < 1e-6 && hard > -0.999);
 
     // A blow at one place.
-    let blow = |i: usize, j: usize| -8.0 * (-0.1 * (i.abs_diff(12).pow(2) + j.abs_diff(20).pow(2)) as f64).exp();
+    let blow =
+        |i: usize, j: usize| -8.0 * (-0.1 * (i.abs_diff(12).pow(2) + j.abs_diff(20).pow(2)) as f64).exp();
     let rates = (0..drum.rows).flat_map(|i| (0..drum.columns).map(move |j| blow(i, j)));
     let motion = drum.simulate(drum.state().w_rate(rates).build()?).until(6e-3).tolerance(1e-7).run()?;
     println!("\n{}", motion.summary());

@@ -69,7 +69,6 @@ fn main() -> common::Outcome {
     let (nodes, pitch) = (elements - 1, length / elements as f64);
     let mass = vec![rho * pitch; nodes];
     let string = GuitarString { nodes, pitch, ea: 9.8e3, tension, mass, damping: 0.0 };
-    println!("{}", GuitarString::REPORT);
     let along = |i: usize| i as f64 * PI / elements as f64;
     let tones = string.modes(&string.state().build()?, 4)?;
     for (k, tone) in (1..).zip(&tones) {

@@ -1,10 +1,9 @@
 //! Longitudinal impact of two bars: ρA s'' = EA s', and a contact between their ends.
 //!
-//! A bar of length l hits an equal one at rest with the speed v. A wave runs from the contact into each bar,
-//! with the force ½ v √(EA ρA), and returns from the free ends as tension. Both arrive at 2 l/c: the bars
-//! part, the first one stands still, the second one has the speed v in all of its points. A shorter bar hits a
-//! longer one: it stops as well, after twice its own length, but the longer one then carries a wave, and
-//! flies on with v l₁/l₂ in the mean.
+//! A bar of length l hits an equal one at rest with the speed v. Waves run from the contact into both bars,
+//! with the force ½ v √(EA ρA). They return from the free ends as tension, and at 2 l/c the bars part: the
+//! first one stands still, the second one has the speed v. A shorter bar that hits a longer one stops as well;
+//! the longer one carries a wave, and flies on with v l₁/l₂ in the mean.
 //!
 //! Source: Saint-Venant (1867); Goldsmith, Impact (1960), chapter 2; Schmerr, Engineering Dynamics 2.0
 //! (2019), chapter 9.
@@ -35,18 +34,14 @@ struct Bars {
 
 #[dynamics]
 impl Bars {
+    /// Of an element whose ends move with u and v; the averaged mass.
+    fn inertia(&self, u: Expr, v: Expr) -> Expr {
+        self.rho * self.h / 24.0 * (5.0 * u * u + 2.0 * u * v + 5.0 * v * v)
+    }
     #[kinetic]
     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        let mut sum = Expr::ZERO;
-        for e in 0..self.first {
-            let (u, v) = (q.a[e].dt(), q.a[e + 1].dt());
-            sum += self.rho * self.h / 24.0 * (5.0 * u * u + 2.0 * u * v + 5.0 * v * v);
-        }
-        for e in 0..self.second {
-            let (u, v) = (q.b[e].dt(), q.b[e + 1].dt());
-            sum += self.rho * self.h / 24.0 * (5.0 * u * u + 2.0 * u * v + 5.0 * v * v);
-        }
-        sum
+        let first = (0..self.first).map(|e| self.inertia(q.a[e].dt(), q.a[e + 1].dt())).sum::<Expr>();
+        first + (0..self.second).map(|e| self.inertia(q.b[e].dt(), q.b[e + 1].dt())).sum::<Expr>()
     }
     #[potential]
     fn strain(&self, q: &Coordinates<Self>) -> Expr {
@@ -89,7 +84,6 @@ impl Bars {
 
 fn main() -> common::Outcome {
     let (h, ea, rho, speed) = (0.005, 2.5e6, 0.1, 5000.0);
-    println!("{}", Bars::REPORT);
     let mut files = common::Files::of("impact_of_bars");
     let mut forces = Panel::new(Axis::new("time in ms"), Axis::new("force in the contact in N"));
     let mut momenta = Panel::new(Axis::new("time in ms"), Axis::new("momentum of the first"));

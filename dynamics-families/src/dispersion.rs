@@ -280,7 +280,9 @@ impl Waves {
     /// The error is a family without inertia.
     fn new([[stiffness, ..], [mass, ..]]: &Symbols, rows: &Rows) -> Result<Self, usize> {
         let n = mass.n;
-        if let Some(field) = (0..n).find(|&i| !(mass.at(i, i).re > 0.0)) {
+        // A mass that is not a number is no positive one.
+        let above = |value: f64, least: f64| value > least;
+        if let Some(field) = (0..n).find(|&i| !above(mass.at(i, i).re, 0.0)) {
             return Err(field);
         }
         let weight: Vec<f64> = (0..n).map(|i| 1.0 / mass.at(i, i).re.sqrt()).collect();
@@ -291,13 +293,13 @@ impl Waves {
             }
         }
         let (sizes, axes) = scaled.eigen();
-        if let Some(field) = sizes.iter().position(|size| !(*size > f64::EPSILON)) {
+        if let Some(field) = sizes.iter().position(|size| !above(*size, f64::EPSILON)) {
             return Err(field);
         }
         let mut unit = axes;
-        for i in 0..n {
+        for (i, weight) in weight.iter().enumerate() {
             for (k, size) in sizes.iter().enumerate() {
-                *unit.at_mut(i, k) = unit.at(i, k).scaled(weight[i] / size.sqrt());
+                *unit.at_mut(i, k) = unit.at(i, k).scaled(weight / size.sqrt());
             }
         }
         let reduced = stiffness.between(&unit);

@@ -184,6 +184,29 @@ pub enum FamilyErrorKind {
         /// The coordinate that is corrected most.
         coordinate: String,
     },
+    /// No input has this name.
+    #[error(fmt = unknown_input)]
+    UnknownInput {
+        /// What was asked for.
+        name: String,
+        /// The nearest known name.
+        suggestion: Option<String>,
+    },
+    /// Not made for models with constraints.
+    #[error(
+        "{what} of a model with constraints is not supported; follow it by `equilibrium` at one value after \
+         the other"
+    )]
+    NotWithConstraints {
+        /// What was asked for.
+        what: &'static str,
+    },
+    /// A branch has as many points as were asked for before its input has the last value.
+    #[error("the branch has {limit} points, and its input does not have the last value yet; ask for more")]
+    TooManyPoints {
+        /// The limit.
+        limit: usize,
+    },
     /// Modes were not found, or not all below the highest of them.
     #[error("{found} of {wanted} modes converged; ask for fewer")]
     ModesMissing {
@@ -355,9 +378,22 @@ pub enum FamilyMotionError {
 }
 
 fn unknown_output(name: &str, suggestion: &Option<String>, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-    match suggestion {
-        Some(near) => write!(f, "there is no output `{name}`; did you mean `{near}`?"),
-        None => write!(f, "there is no output `{name}`; declare it with `#[output]`"),
+    unknown(["output", "#[output]"], name, suggestion.as_deref(), f)
+}
+
+fn unknown_input(name: &str, suggestion: &Option<String>, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    unknown(["input", "#[inputs(..)]"], name, suggestion.as_deref(), f)
+}
+
+fn unknown(
+    [what, declared]: [&str; 2],
+    name: &str,
+    near: Option<&str>,
+    f: &mut fmt::Formatter<'_>,
+) -> fmt::Result {
+    match near {
+        Some(near) => write!(f, "there is no {what} `{name}`; did you mean `{near}`?"),
+        None => write!(f, "there is no {what} `{name}`; declare it with `{declared}`"),
     }
 }
 

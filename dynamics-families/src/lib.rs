@@ -24,10 +24,11 @@
 //! | `motion`, `summary`, `failure`, `error` | what a run leaves |
 //! | `output` | tables, animations, pictures of a field over place and time |
 //! | `tangent` | the matrix of implicit steps, equilibria and modes |
-//! | `statics`, `modes`, `dispersion` | equilibria, frequencies, waves |
+//! | `statics`, `continuation`, `modes`, `dispersion` | equilibria, branches of them, frequencies, waves |
 //! | `linalg/` | banded matrices with a border |
 
 mod constraints;
+mod continuation;
 mod dispersion;
 mod drift;
 mod equations;
@@ -59,6 +60,7 @@ mod summary;
 mod tangent;
 
 pub use constraints::ConstraintSummary;
+pub use continuation::EquilibriumBranch;
 pub use dispersion::FamilyBranch;
 pub use error::FamilyError;
 pub use failure::{FamilyErrorKind, FamilyMotionError};

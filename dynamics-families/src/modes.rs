@@ -87,7 +87,7 @@ pub(crate) fn modes<M: FamilyModel>(
         pencil.factor(shift).map_err(failed)?;
         let (squares, vectors) = match pencil.iterate(shift, count, size) {
             Ok(iterated) => iterated,
-            Err(Failure::Dependent) if shifts < MOST_SHIFTS => {
+            Err(NoRitzValues::Dependent) if shifts < MOST_SHIFTS => {
                 // A shift that is close to the lowest eigenvalue leaves that mode alone of all vectors.
                 shift = if shift == 0.0 { -FIRST_SHIFT * pencil.scale() } else { 100.0 * shift };
                 shifts += 1;
@@ -115,7 +115,7 @@ fn smallest_subspace(count: usize) -> usize {
 }
 
 /// Why an iteration has no result.
-enum Failure {
+enum NoRitzValues {
     /// Vectors that are not independent to rounding.
     Dependent,
     /// It does not converge.
@@ -202,7 +202,7 @@ impl<M: FamilyModel> Pencil<'_, M> {
         shift: f64,
         count: usize,
         size: usize,
-    ) -> Result<(Vec<f64>, Vec<Vec<f64>>), Failure> {
+    ) -> Result<(Vec<f64>, Vec<Vec<f64>>), NoRitzValues> {
         let n = self.tangent.diagonal.len();
         let rounding = f64::EPSILON * self.scale();
         // Numbers without a pattern: no mode is orthogonal to them.
@@ -231,7 +231,7 @@ impl<M: FamilyModel> Pencil<'_, M> {
                 self.tangent.mass.multiply(x, mx);
             }
             let mass = products(&x, &of_mass);
-            let (ritz, combination) = small_pencil(stiffness, mass, size).ok_or(Failure::Dependent)?;
+            let (ritz, combination) = small_pencil(stiffness, mass, size).ok_or(NoRitzValues::Dependent)?;
             x = combine(&x, &combination);
             let settled = ritz[..count]
                 .iter()
@@ -243,7 +243,7 @@ impl<M: FamilyModel> Pencil<'_, M> {
             }
         }
         if last == MOST_ITERATIONS {
-            return Err(Failure::Slow);
+            return Err(NoRitzValues::Slow);
         }
         Ok((values.into_iter().map(|value| value + shift).collect(), x))
     }

@@ -8,6 +8,7 @@ use dynamics_runtime::integrate::Tolerances;
 use dynamics_runtime::simulate::{DEFAULT_MAX_STEPS, DEFAULT_TOLERANCE, OptionError};
 
 use crate::constraints::{row_name, rows_at};
+use crate::continuation::{self, EquilibriumBranch};
 use crate::dispersion::{self, FamilyBranch};
 use crate::equations::{Equations, Law};
 use crate::error::FamilyError;
@@ -101,6 +102,24 @@ pub trait SimulateFamilies: FamilyModel {
     /// value.
     fn equilibrium(&self, guess: &Self::State) -> Result<FamilyEquilibrium<Self::State>, FamilyError<Self>> {
         statics::equilibrium(self, guess)
+    }
+
+    /// The branch of equilibria from the one near a guess, while the input with this name goes from its value
+    /// in the guess to `until`: past limit loads, where the input turns back, by pseudo-arclength
+    /// continuation. At most `most` points. Every point says how many displacements are unstable; a change of
+    /// their number is a critical point.
+    ///
+    /// # Errors
+    /// An input that is not declared, models with constraints, and a guess from which no equilibrium is
+    /// found. What ends the branch early is in [`EquilibriumBranch::ended`], with the points before it.
+    fn follow(
+        &self,
+        guess: &Self::State,
+        input: &str,
+        until: f64,
+        most: usize,
+    ) -> Result<EquilibriumBranch<Self::State>, FamilyError<Self>> {
+        continuation::follow(self, guess, input, until, most)
     }
 
     /// The `count` lowest modes of vibration about a state, rising, without damping. They are counted: none

@@ -189,9 +189,9 @@ mod tests {
         let mut unit = Square::new(n);
         (0..n).for_each(|i| *unit.at_mut(i, i) = Complex::new(1.0, 0.0));
         let (diagonal, lengths) = (a.between(&vectors), unit.between(&vectors));
-        for i in 0..n {
+        for (i, value) in values.into_iter().enumerate() {
             for j in 0..n {
-                let exact = if i == j { values[i] } else { 0.0 };
+                let exact = if i == j { value } else { 0.0 };
                 assert!((diagonal.at(i, j) - Complex::new(exact, 0.0)).size() < 1e-14, "{i} {j}");
                 assert!((lengths.at(i, j) - unit.at(i, j)).size() < 1e-14, "{i} {j}");
             }

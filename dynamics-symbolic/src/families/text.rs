@@ -74,6 +74,9 @@ fn restrictions(family: &FamilyModel, derived: &Derived) -> Vec<(NodeId, NodeId,
     rows
 }
 
+/// Indices over which is summed.
+type Summed = Vec<(Axis, Range)>;
+
 /// `for 1 <= i < rows, 0 <= j < columns`.
 fn in_words(ranges: &[(Axis, Range)], counts: &[String]) -> String {
     let words = ranges.iter().map(|(axis, range)| {
@@ -161,7 +164,7 @@ fn row(
     derived: &Derived,
     field: u32,
     cell: Rounds,
-) -> BTreeMap<Vec<(Axis, Range)>, (NodeId, NodeId)> {
+) -> BTreeMap<Summed, (NodeId, NodeId)> {
     let zero = family.model.graph.zero();
     let mut all = BTreeMap::from([(Vec::new(), (zero, zero))]);
     for element in &derived.elements {
@@ -211,7 +214,7 @@ fn covers(
     a: usize,
     field: u32,
     cell: Rounds,
-) -> Option<([NodeIndex; 2], Vec<(Axis, Range)>)> {
+) -> Option<([NodeIndex; 2], Summed)> {
     let local = family.locals[a];
     if local.field != field {
         return None;

@@ -327,3 +327,101 @@ fn a_moment_rolls_a_beam_up() {
         assert!(state.x()[elements - 1].hypot(state.y()[elements - 1]) < 1e-10, "the tip is at the clamp");
     }
 }
+
+/// Twice as much rolls it up twice; the branch has no limit.
+#[test]
+fn a_branch_turns_a_beam_over_twice() {
+    let twice = 4.0 * core::f64::consts::PI;
+    let beam = Beam { elements: 20, length: 1.0, ea: 1e4, ga: 5e3, ei: 1.0, rho: 1.0, spin: 1e-3 };
+    let straight = beam.state().x((1..=20).map(|i| f64::from(i) / 20.0)).moment(0.0).build().expect("finite");
+    let branch = beam.follow(&straight, "moment", twice, 1000).expect("a branch");
+    assert_eq!(branch.ended, None);
+    let last = &branch.points[branch.points.len() - 1];
+    assert!(last.unstable == Some(0) && last.state.moment() == twice);
+    for (i, theta) in last.state.theta().iter().enumerate() {
+        assert!((theta - twice * (i + 1) as f64 / 20.0).abs() < 1e-8);
+    }
+    assert!(last.state.x()[19].hypot(last.state.y()[19]) < 1e-8, "the tip is at the clamp");
+    let error = beam.follow(&straight, "momnt", 1.0, 10).expect_err("no such input").to_string();
+    assert!(error.contains("there is no input `momnt`; did you mean `moment`?"), "{error}");
+    let short = beam.follow(&straight, "moment", twice, 5).expect("a branch");
+    assert!(short.points.len() == 5 && short.ended.is_some());
+}
+
+/// Bars between two supports, in a flat arch, with a load on every node.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: [m; self.nodes], y: [m; self.nodes])]
+#[inputs(load: N)]
+#[units(span: m, rise: m, ea: N, mass: kg)]
+struct Arch {
+    nodes: usize,
+    span: f64,
+    rise: f64,
+    ea: f64,
+    mass: f64,
+}
+
+#[dynamics]
+impl Arch {
+    fn place(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
+        if i == 0 {
+            vec2(0.0, 0.0)
+        } else if i == self.nodes + 1 {
+            vec2(self.span, 0.0)
+        } else {
+            vec2(q.x[i - 1], q.y[i - 1])
+        }
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        (0..self.nodes).map(|i| 0.5 * self.mass * (q.x[i].dt().powi(2) + q.y[i].dt().powi(2))).sum()
+    }
+    #[potential]
+    fn strain(&self, q: &Coordinates<Self>) -> Expr {
+        // Of a bar between supports and one node: half of the span across, the rise up.
+        let length = (0.25 * self.span.powi(2) + self.rise.powi(2)).sqrt();
+        (0..self.nodes + 1)
+            .map(|e| {
+                let stretch = (self.place(q, e + 1) - self.place(q, e)).norm() - length;
+                0.5 * self.ea / length * stretch.powi(2)
+            })
+            .sum()
+    }
+    #[force]
+    fn weight(&self, q: &Coordinates<Self>) -> Force {
+        (0..self.nodes).map(|i| Force::along(q.y[i], -q.load)).sum()
+    }
+}
+
+/// Two bars snap through: the limit load has ℓ³ = a² ℓ₀, and between both limits one displacement is
+/// unstable.
+#[test]
+fn a_branch_goes_on_behind_the_limit_load_of_two_bars() {
+    let (a, rise, ea) = (1.0f64, 0.2, 1000.0);
+    let arch = Arch { nodes: 1, span: 2.0 * a, rise, ea, mass: 1.0 };
+    let start = arch.state().x([a]).y([rise]).load(0.0).build().expect("finite");
+    let length = a.hypot(rise);
+    let critical = (a * a * length).cbrt();
+    let limit = 2.0 * ea * (critical * critical - a * a).sqrt() * (1.0 / critical - 1.0 / length);
+    let branch = arch.follow(&start, "load", 2.0 * limit, 2000).expect("a branch");
+    assert_eq!(branch.ended, None);
+    let loads: Vec<f64> = branch.points.iter().map(|point| point.state.load()).collect();
+    let turn = loads.windows(2).position(|pair| pair[1] < pair[0]).expect("the load turns back");
+    assert!(loads[turn] <= limit * (1.0 + 1e-12) && loads[turn] > 0.99 * limit, "{} {limit}", loads[turn]);
+    let (mut height, mut unstable) = (rise, 0);
+    for point in &branch.points {
+        let y = point.state.y()[0];
+        assert!(y <= height, "the node only goes down");
+        // Equilibrium by hand.
+        let bar = a.hypot(y);
+        let exact = 2.0 * ea * y * (1.0 / bar - 1.0 / length);
+        assert!((point.state.load() - exact).abs() < 1e-8 * limit);
+        let between = bar * bar * bar < a * a * length;
+        if (bar - critical).abs() > 1e-6 {
+            assert_eq!(point.unstable, Some(usize::from(between)), "{y}");
+        }
+        unstable += usize::from(between);
+        height = y;
+    }
+    assert!(unstable > 5 && height < -rise, "{unstable} {height}");
+}
