@@ -42,6 +42,8 @@ mod linalg;
 #[doc(hidden)]
 pub mod loops;
 mod mass;
+#[doc(hidden)]
+pub mod measured;
 pub mod methods;
 pub mod model;
 mod modes;

@@ -7,11 +7,8 @@
 use dynamics_runtime::{Expr, Vec2, Vec3};
 use dynamics_simd::{Lanes, Task, in_widest_lanes};
 
-pub use crate::drift::DriftAndKick;
 pub use crate::generated::{BLOCK, Sum, block_sum};
-pub use crate::mass::Accelerations;
 use crate::model::SizeError;
-pub use crate::tangent::NewtonStep;
 pub use dynamics_simd::reciprocal_root as roots;
 
 /// Rounds of a block: elements reach beyond its nodes, by at most 16 on either side.

@@ -2,7 +2,7 @@
 //! into parts. Numbers out of the range of the quick functions have their values, too. Steps allocate nothing.
 
 use allocation_counter::measure;
-use dynamics::families::loops::DriftAndKick;
+use dynamics::families::measured::DriftAndKick;
 use dynamics::families::methods;
 use dynamics::families::model::{FamilyModel, View};
 use dynamics::lanes::limit_vectors;

@@ -1,6 +1,6 @@
 //! One function for every system: its candidates, and what is printed.
 
-use dynamics::families::loops::{Accelerations, DriftAndKick, NewtonStep};
+use dynamics::families::measured::{Accelerations, DriftAndKick, NewtonStep};
 use dynamics::families::model::{FamilyModel, View};
 
 use crate::models::{Bar, Beam, CubicChain, PlanarString};
