@@ -62,7 +62,7 @@ pub(crate) fn dispersion<M: FamilyModel>(
         return Err(failed(OptionError::Number { option: "dispersion", value: phase, admissible }.into()));
     }
     let nodes = Nodes::new::<M>(&ends).ok_or_else(|| failed(FamilyErrorKind::NoInterior))?;
-    let stiffness = Rows::new(&nodes, &mut |add| model.stiffness(state.view(), add));
+    let stiffness = RowsBetween::new(&nodes, &mut |add| model.stiffness(state.view(), add));
     if !stiffness.is_finite() {
         let missing = state.inputs().iter().position(|input| !input.is_finite());
         return Err(failed(match missing {
@@ -70,7 +70,7 @@ pub(crate) fn dispersion<M: FamilyModel>(
             None => FamilyErrorKind::AccelerationNotFinite { coordinate: nodes.name::<M>(&ends, 0, 0) },
         }));
     }
-    let mass = Rows::new(&nodes, &mut |add| model.mass(add));
+    let mass = RowsBetween::new(&nodes, &mut |add| model.mass(add));
     for rows in [&stiffness, &mass] {
         if let Some((field, node)) = rows.odd_one(&nodes) {
             let coordinate = nodes.name::<M>(&ends, field, node);
@@ -146,7 +146,7 @@ impl Nodes {
 }
 
 /// Entries of a matrix in the rows of these nodes, by offset of the other node.
-struct Rows {
+struct RowsBetween {
     families: usize,
     reach: usize,
     /// By family of the row, node, family of the column, offset.
@@ -156,7 +156,7 @@ struct Rows {
 
 type Add<'a> = dyn FnMut(&mut dyn FnMut(usize, usize, f64)) + 'a;
 
-impl Rows {
+impl RowsBetween {
     fn new(nodes: &Nodes, entries: &mut Add<'_>) -> Self {
         let families = nodes.families.len();
         // Row and column, where the column is near; what is further belongs to the border, which is held.
@@ -278,7 +278,7 @@ struct Waves {
 
 impl Waves {
     /// The error is a family without inertia.
-    fn new([[stiffness, ..], [mass, ..]]: &Symbols, rows: &Rows) -> Result<Self, usize> {
+    fn new([[stiffness, ..], [mass, ..]]: &Symbols, rows: &RowsBetween) -> Result<Self, usize> {
         let n = mass.n;
         // A mass that is not a number is no positive one.
         let above = |value: f64, least: f64| value > least;
@@ -371,7 +371,7 @@ mod tests {
             families: vec![0, 1],
             number: vec![7, 7],
         };
-        let stiffness = Rows::new(&nodes, &mut |add| {
+        let stiffness = RowsBetween::new(&nodes, &mut |add| {
             let mut spring = |i: usize, j: usize| {
                 for (row, column, value) in [(i, i, 2.0), (j, j, 2.0), (i, j, -2.0), (j, i, -2.0)] {
                     add(row, column, value);
@@ -380,7 +380,7 @@ mod tests {
             (0..n).for_each(|i| spring(i, n + i));
             (0..n - 1).for_each(|i| spring(n + i, i + 1));
         });
-        let mass = Rows::new(&nodes, &mut |add| {
+        let mass = RowsBetween::new(&nodes, &mut |add| {
             for i in 0..n {
                 add(i, i, 1.0);
                 add(n + i, n + i, 3.0);

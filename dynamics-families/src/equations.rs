@@ -6,7 +6,6 @@ use dynamics_runtime::simulate::OptionError;
 use crate::constraints::{ConstraintSummary, Rows};
 use crate::drift::{DriftAndKick, drift};
 use crate::failure::FamilyErrorKind;
-use crate::integrate::Point;
 use crate::mass::Mass;
 use crate::model::{FamilyModel, FamilyState, Multipliers, View};
 
@@ -60,18 +59,23 @@ impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
     }
 
     /// Moves the end of a step onto the constraints; the largest correction is kept.
-    pub(crate) fn project_end(&mut self, y: &mut Point) -> Result<(), FamilyErrorKind> {
+    pub(crate) fn project_end(
+        &mut self,
+        t: f64,
+        q: &mut [f64],
+        u: &mut [f64],
+    ) -> Result<(), FamilyErrorKind> {
         let Some(rows) = &mut self.rows else { return Ok(()) };
-        let projection = rows.project(self.model, y.t, &mut y.q, &mut y.u, &self.inputs)?;
+        let projection = rows.project(self.model, t, q, u, &self.inputs)?;
         self.correction = self.correction.max(projection.off);
         Ok(())
     }
 
     /// What a run says of its constraints, with the multipliers at this state.
-    pub(crate) fn constraint_summary(&mut self, y: &Point) -> Option<ConstraintSummary> {
+    pub(crate) fn constraint_summary(&mut self, t: f64, q: &[f64], u: &[f64]) -> Option<ConstraintSummary> {
         self.rows.as_ref()?;
-        let mut a = vec![0.0; y.q.len()];
-        let solved = self.accelerations(y.t, &y.q, &y.u, &mut a);
+        let mut a = vec![0.0; q.len()];
+        let solved = self.accelerations(t, q, u, &mut a);
         let (rows, correction) = (self.rows.as_ref()?, self.correction);
         Some(ConstraintSummary {
             rows: rows.multipliers.len(),

@@ -144,7 +144,7 @@ impl<'r, 'm, M: FamilyModel> Run<'r, 'm, M> {
     }
 
     fn record(mut self, mass: &Arc<Mass>) -> Record<M> {
-        let constraints = self.equations.constraint_summary(&self.y);
+        let constraints = self.equations.constraint_summary(self.y.t, &self.y.q, &self.y.u);
         let end = self.recorder.last().clone();
         Record {
             start: self.start,

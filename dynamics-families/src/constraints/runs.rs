@@ -10,13 +10,13 @@ use crate::loops::{Pass, in_wide_vectors};
 
 /// A stretch of entries: N indices, and whether each of them goes on by one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Run<const N: usize> {
+pub(super) struct EntryRun<const N: usize> {
     pub(super) start: [usize; N],
     pub(super) steps: [bool; N],
     pub(super) length: usize,
 }
 
-impl<const N: usize> Run<N> {
+impl<const N: usize> EntryRun<N> {
     fn one(start: [usize; N]) -> Self {
         Self { start, steps: [true; N], length: 1 }
     }
@@ -46,14 +46,14 @@ impl<const N: usize> Run<N> {
     }
 }
 
-/// Runs of entries that come in order, each to be found by one of its indices: the next of it.
-pub(super) struct Runs<const N: usize> {
-    pub(super) all: Vec<Run<N>>,
-    /// Runs by what follows their last entry.
+/// EntryRuns of entries that come in order, each to be found by one of its indices: the next of it.
+pub(super) struct EntryRuns<const N: usize> {
+    pub(super) all: Vec<EntryRun<N>>,
+    /// EntryRuns by what follows their last entry.
     open: HashMap<[usize; 2], usize>,
 }
 
-impl<const N: usize> Runs<N> {
+impl<const N: usize> EntryRuns<N> {
     pub(super) fn new() -> Self {
         Self { all: Vec::new(), open: HashMap::new() }
     }
@@ -67,7 +67,7 @@ impl<const N: usize> Runs<N> {
             self.open.insert(next, run);
             return;
         }
-        self.all.push(Run::one(entry));
+        self.all.push(EntryRun::one(entry));
         self.open.insert(next, self.all.len() - 1);
     }
 }
@@ -75,17 +75,17 @@ impl<const N: usize> Runs<N> {
 /// Entries of Φ_q and A as runs of (row, coordinate, entry).
 #[derive(Clone, Debug)]
 pub(super) struct Jacobian {
-    runs: Vec<Run<3>>,
+    runs: Vec<EntryRun<3>>,
 }
 
 impl Jacobian {
     /// From pairs of a row and a coordinate, in the order of the entries.
     pub(super) fn new(pairs: &[(u32, u32)]) -> Self {
-        let mut runs: Vec<Run<3>> = Vec::new();
+        let mut runs: Vec<EntryRun<3>> = Vec::new();
         for (entry, &(row, unknown)) in pairs.iter().enumerate() {
             let entry = [row as usize, unknown as usize, entry];
             if !runs.last_mut().is_some_and(|run| run.takes(entry)) {
-                runs.push(Run::one(entry));
+                runs.push(EntryRun::one(entry));
             }
         }
         Self { runs }

@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use super::runs::{Run, Runs};
+use super::runs::{EntryRun, EntryRuns};
 use crate::generated::{BLOCK, Sum, block_sum};
 use crate::linalg::bordered::{Bordered, Factors, Kind};
 use crate::linalg::order::Layout;
@@ -20,7 +20,7 @@ const MOST_ROWS_OF_ONE: usize = 64;
 #[derive(Debug)]
 pub(super) struct Schur {
     /// Products of two entries over a mass: (entry of S, first entry, second entry, coordinate).
-    products: Vec<Run<4>>,
+    products: Vec<EntryRun<4>>,
     /// Entries of S.
     values: Vec<f64>,
     form: Form,
@@ -67,7 +67,7 @@ impl Schur {
         };
         let mut is_tridiagonal = true;
         coupled(&mut |row, column, _| is_tridiagonal &= row - column <= 1);
-        let mut runs = Runs::new();
+        let mut runs = EntryRuns::new();
         if is_tridiagonal {
             coupled(&mut |row, column, [first, second, unknown]| {
                 let entry = if row == column { row } else { rows + row };
@@ -168,7 +168,7 @@ impl Schur {
 
 /// Sums all products.
 struct Assembly<'a> {
-    products: &'a [Run<4>],
+    products: &'a [EntryRun<4>],
     jacobian: &'a [f64],
     inverse: &'a [f64],
     values: &'a mut [f64],
@@ -188,7 +188,7 @@ impl Pass for Assembly<'_> {
 
 /// Adds the products of a run to entries of S.
 #[inline(always)]
-fn add_products(run: &Run<4>, jacobian: &[f64], inverse: &[f64], values: &mut [f64]) {
+fn add_products(run: &EntryRun<4>, jacobian: &[f64], inverse: &[f64], values: &mut [f64]) {
     let [to, first, second, unknown] = run.start;
     match run.steps {
         [true, true, true, true] => {

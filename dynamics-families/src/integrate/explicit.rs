@@ -155,16 +155,14 @@ impl Stages {
             Self::combine(before, row, y, h, &mut self.end);
             let t = y.t + row.node * h;
             if self.tableau.first_same_as_last && i + 1 == last {
-                self.end.t = t;
-                equations.project_end(&mut self.end)?;
+                equations.project_end(t, &mut self.end.q, &mut self.end.u)?;
             }
             equations.accelerations(t, &self.end.q, &self.end.u, &mut rest[0])?;
         }
         // The last stage of a method that reuses it stands at the end already.
         if !self.tableau.first_same_as_last {
             Self::combine(&self.k, &self.tableau.result, y, h, &mut self.end);
-            self.end.t = y.t + h;
-            equations.project_end(&mut self.end)?;
+            equations.project_end(y.t + h, &mut self.end.q, &mut self.end.u)?;
         }
         Ok(())
     }

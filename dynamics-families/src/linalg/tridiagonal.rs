@@ -57,7 +57,7 @@ impl Tridiagonal {
             return Ok(());
         }
         let middle = n / 2;
-        let good = |pivot: f64, k: usize| pivot > LEAST_PIVOT * diagonal[k];
+        let good = |pivot: f64, k: usize| is_good(pivot, diagonal[k]);
         let (mut before, mut after) = (0.0, 0.0);
         for k in 0..middle {
             let coupling = if k == 0 { 0.0 } else { beside[k] };
@@ -96,9 +96,9 @@ impl Tridiagonal {
         }
         let middle = n / 2;
         let (mut before, mut after) = (0.0, 0.0);
-        for k in 0..middle {
-            before = x[k] - self.lower[k] * before;
-            x[k] = before;
+        for (x, lower) in x[..middle].iter_mut().zip(&self.lower) {
+            before = *x - lower * before;
+            *x = before;
         }
         for k in (middle + 1..n).rev() {
             after = x[k] - self.lower[k] * after;
@@ -124,6 +124,12 @@ impl Tridiagonal {
     }
 }
 
+/// Whether a pivot is positive; one that is no number is not.
+#[inline(always)]
+fn is_good(pivot: f64, entry: f64) -> bool {
+    pivot > LEAST_PIVOT * entry
+}
+
 /// The first place, from the start, whose pivot is not positive.
 fn bad_pivot(diagonal: &[f64], beside: &[f64]) -> usize {
     let mut inverse = 0.0;
@@ -131,8 +137,7 @@ fn bad_pivot(diagonal: &[f64], beside: &[f64]) -> usize {
         let coupling = if k == 0 { 0.0 } else { beside[k] };
         let pivot = entry - coupling * coupling * inverse;
         inverse = 1.0 / pivot;
-        // A pivot that is no number is not greater.
-        !(pivot > LEAST_PIVOT * entry)
+        !is_good(pivot, *entry)
     };
     diagonal.iter().enumerate().position(bad).unwrap_or(0)
 }
@@ -164,7 +169,7 @@ impl Pass for Stretches<'_> {
             diagonal[k - 1] -= factor * beside[k];
             x[k - 1] -= factor * x[k];
         }
-        good &= diagonal[whole - 1] > LEAST_PIVOT * last;
+        good &= is_good(diagonal[whole - 1], last);
         let (good_stretches, first, ends) = eliminate(rows, diagonal, beside, x, stride);
         let separators = separators(diagonal, beside, x, stride, &first, &ends);
         if !(good && good_stretches && separators.is_some()) {
@@ -234,7 +239,7 @@ fn eliminate(
             } else {
                 z[k] = inverse[k] * (y[k] - coupling[k] * z[k]);
                 s[k] = inverse[k] * (t[k] - coupling[k] * s[k]);
-                r[k] = -inverse[k] * coupling[k] * r[k];
+                r[k] *= -inverse[k] * coupling[k];
             }
         }
         *row = [z, s, r];
@@ -274,7 +279,7 @@ fn separators(
             pivots[j] -= lower * couplings[j - 1];
             values[j] -= lower * values[j - 1];
         }
-        if !(pivots[j] > LEAST_PIVOT * diagonal[(j + 1) * stride - 1]) {
+        if !is_good(pivots[j], diagonal[(j + 1) * stride - 1]) {
             return None;
         }
     }

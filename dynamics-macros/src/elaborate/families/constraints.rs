@@ -3,20 +3,15 @@
 use dynamics_symbolic::families::{FamilyConstraint, Rounds, RowPart};
 use dynamics_symbolic::mechanics::ConstraintKind;
 
-use crate::elaborate::Elaborator;
-use crate::elaborate::values::{Scalar, UnitOf, Value, flatten};
+use super::super::Elaborator;
+use super::super::values::{Scalar, UnitOf, Value, flatten};
 use crate::messages;
 use crate::syntax::{Function, Role};
 
 impl Elaborator<'_> {
     /// Adds a constraint to the model: a list of values has rows for every index; of a sum over an index the
     /// rounds add to one row.
-    pub(in crate::elaborate) fn family_constraint(
-        &mut self,
-        index: usize,
-        function: &Function,
-        value: Value,
-    ) {
+    pub(in super::super) fn family_constraint(&mut self, index: usize, function: &Function, value: Value) {
         // Its reaction is read by outputs alone, which run as they are written.
         self.lost_constraint(index, function);
         if function.options.switched || function.options.redundant.is_some() {

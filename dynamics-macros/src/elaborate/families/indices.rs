@@ -8,11 +8,11 @@ use dynamics_symbolic::graph::Number;
 use proc_macro2::Span;
 use syn::BinOp;
 
+use super::super::Elaborator;
+use super::super::integer_types::TypeOf;
+use super::super::operators::Operator;
+use super::super::values::{Condition, Value};
 use crate::diagnostics::Place;
-use crate::elaborate::Elaborator;
-use crate::elaborate::integer_types::TypeOf;
-use crate::elaborate::operators::Operator;
-use crate::elaborate::values::{Condition, Value};
 use crate::messages;
 use crate::syntax::MOST_OFFSET;
 
@@ -21,7 +21,7 @@ const MOST_NUMBER: i64 = 256;
 
 impl Elaborator<'_> {
     /// left ∘ right where one of both is an index.
-    pub(in crate::elaborate) fn index_arithmetic(
+    pub(in super::super) fn index_arithmetic(
         &mut self,
         op: Operator,
         left: &Value,
@@ -74,7 +74,7 @@ impl Elaborator<'_> {
     }
 
     /// `a ∘ b` of two indices, one of which is none that is known now.
-    pub(in crate::elaborate) fn index_comparison(
+    pub(in super::super) fn index_comparison(
         &mut self,
         op: &BinOp,
         left: &Value,
@@ -192,7 +192,7 @@ impl Elaborator<'_> {
     }
 
     /// `index as f64`.
-    pub(in crate::elaborate) fn index_as_real(&mut self, index: NodeIndex) -> Value {
+    pub(in super::super) fn index_as_real(&mut self, index: NodeIndex) -> Value {
         let (source, plus) = match index {
             NodeIndex::Round(axis, k) => (Source::Round(axis), k),
             NodeIndex::Fixed(Anchor::End { count, plus }) => (Source::Count(count), plus),
@@ -224,7 +224,7 @@ impl Elaborator<'_> {
     }
 
     /// `start..end`, one of which is no number.
-    pub(in crate::elaborate) fn index_range(
+    pub(in super::super) fn index_range(
         &mut self,
         start: &Value,
         end: &Value,

@@ -5,11 +5,11 @@ use dynamics_symbolic::families::{Anchor, Field, Local, NodeIndex, Range, Source
 use dynamics_symbolic::graph::Symbol;
 use syn::Expr;
 
+use super::super::Elaborator;
+use super::super::declare::SymbolKind;
+use super::super::values::{Numbered, Scalar, UnitOf, Value};
 use super::indices::index_of;
 use crate::diagnostics::Place;
-use crate::elaborate::Elaborator;
-use crate::elaborate::declare::SymbolKind;
-use crate::elaborate::values::{Numbered, Scalar, UnitOf, Value};
 use crate::messages;
 
 /// The end of a range, and how far below 0 or above the last index a node is.
@@ -41,7 +41,7 @@ impl Elaborator<'_> {
     }
 
     /// Scalar parameters come first.
-    pub(in crate::elaborate) fn note_scalars(&mut self) {
+    pub(in super::super) fn note_scalars(&mut self) {
         let known = self.families.found.sources.len();
         for k in known..self.model.parameters.len() {
             self.families.found.sources.push(Source::Scalar(k as u32));
@@ -49,7 +49,7 @@ impl Elaborator<'_> {
     }
 
     /// `q.s[index]`, and `q.w[index]` of a grid.
-    pub(in crate::elaborate) fn node_or_row(&mut self, field: usize, index: &Value, at: &Expr) -> Value {
+    pub(in super::super) fn node_or_row(&mut self, field: usize, index: &Value, at: &Expr) -> Value {
         let Some(index) = self.node_index(index, at) else { return Value::Poison };
         let Field { name, length, columns, .. } = self.families.found.fields[field].clone();
         let Some(length) = length else { return Value::Poison };
@@ -63,7 +63,7 @@ impl Elaborator<'_> {
     }
 
     /// `q.w[row][index]`.
-    pub(in crate::elaborate) fn node_of_row(
+    pub(in super::super) fn node_of_row(
         &mut self,
         field: usize,
         row: NodeIndex,
@@ -104,12 +104,7 @@ impl Elaborator<'_> {
     }
 
     /// `self.mass[index]` of a numbered parameter. Its length is checked when the model is used.
-    pub(in crate::elaborate) fn numbered_element(
-        &mut self,
-        parameter: usize,
-        index: &Value,
-        at: &Expr,
-    ) -> Value {
+    pub(in super::super) fn numbered_element(&mut self, parameter: usize, index: &Value, at: &Expr) -> Value {
         let Some(index) = index_of(index) else {
             return self.fail(Place::of(at), &messages::index_unknown(index.shape()));
         };

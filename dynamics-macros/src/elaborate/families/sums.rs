@@ -7,15 +7,15 @@ use dynamics_symbolic::graph::Number;
 use proc_macro2::Span;
 use syn::{Expr, ExprClosure, ExprForLoop, Ident};
 
+use super::super::Elaborator;
+use super::super::calls::Argument;
+use super::super::control::same;
+use super::super::expressions::compound;
+use super::super::operators::Operator;
+use super::super::scope::Flow;
+use super::super::values::{Addend, Condition, Scalar, Total, Value};
 use super::indices::value_of;
 use crate::diagnostics::Place;
-use crate::elaborate::Elaborator;
-use crate::elaborate::calls::Argument;
-use crate::elaborate::control::same;
-use crate::elaborate::expressions::compound;
-use crate::elaborate::operators::Operator;
-use crate::elaborate::scope::Flow;
-use crate::elaborate::values::{Addend, Condition, Scalar, Total, Value};
 use crate::messages;
 use crate::syntax::Role;
 
@@ -109,18 +109,13 @@ impl<'a> Elaborator<'a> {
     }
 
     /// `range.map(|i| ..)`.
-    pub(in crate::elaborate) fn map_range(
-        &mut self,
-        range: Range,
-        closure: &'a ExprClosure,
-        at: Place,
-    ) -> Value {
+    pub(in super::super) fn map_range(&mut self, range: Range, closure: &'a ExprClosure, at: Place) -> Value {
         let made = self.rounds(range, at, &mut |this, index| this.closure(closure, index));
         made.map_or(Value::Poison, |made| Value::Mapped(Rc::new(made)))
     }
 
     /// `range.map(..).map(|value| ..)`.
-    pub(in crate::elaborate) fn map_mapped(
+    pub(in super::super) fn map_mapped(
         &mut self,
         made: &[(Rounds, Value)],
         closure: &'a ExprClosure,
@@ -155,7 +150,7 @@ impl<'a> Elaborator<'a> {
     }
 
     /// A closure of one argument.
-    pub(in crate::elaborate) fn closure(&mut self, closure: &'a ExprClosure, argument: Value) -> Value {
+    pub(in super::super) fn closure(&mut self, closure: &'a ExprClosure, argument: Value) -> Value {
         if closure.inputs.len() != 1 {
             let place = Place::of(closure);
             return self.fail(place, &messages::argument_count("closure", 1, closure.inputs.len()));
@@ -171,7 +166,7 @@ impl<'a> Elaborator<'a> {
     }
 
     /// `range.map(..).sum()` and `.collect()`.
-    pub(in crate::elaborate) fn mapped_method(
+    pub(in super::super) fn mapped_method(
         &mut self,
         made: &Rc<Vec<(Rounds, Value)>>,
         name: &Ident,
@@ -215,7 +210,7 @@ impl<'a> Elaborator<'a> {
     }
 
     /// A value, which may be a sum already, and what rounds add to it.
-    pub(in crate::elaborate) fn total(&mut self, rest: Value, rounds: Vec<(Rounds, Value)>) -> Value {
+    pub(in super::super) fn total(&mut self, rest: Value, rounds: Vec<(Rounds, Value)>) -> Value {
         if rest.is_poison() || rounds.iter().any(|(_, value)| value.is_poison()) {
             return Value::Poison;
         }
@@ -230,7 +225,7 @@ impl<'a> Elaborator<'a> {
     }
 
     /// left ∘ right where one of both is a sum over an index.
-    pub(in crate::elaborate) fn total_arithmetic(
+    pub(in super::super) fn total_arithmetic(
         &mut self,
         op: Operator,
         left: Value,
@@ -282,7 +277,7 @@ impl<'a> Elaborator<'a> {
     }
 
     /// Something that cannot be made of a sum over an index. Outputs run as they are written, and may.
-    pub(in crate::elaborate) fn made_of_sum(&mut self, at: impl Into<Place>) -> Value {
+    pub(in super::super) fn made_of_sum(&mut self, at: impl Into<Place>) -> Value {
         match self.role {
             Role::Output => Value::Poison,
             _ => self.fail(at, &messages::sum_as_value()),
@@ -290,7 +285,7 @@ impl<'a> Elaborator<'a> {
     }
 
     /// The same done to every part of a sum.
-    pub(in crate::elaborate) fn each(
+    pub(in super::super) fn each(
         &mut self,
         total: &Total,
         mut of: impl FnMut(&mut Self, Value) -> Value,
@@ -305,7 +300,7 @@ impl<'a> Elaborator<'a> {
     }
 
     /// `for i in range { .. }`: what it assigns outside of itself may only be added up.
-    pub(in crate::elaborate) fn index_loop(&mut self, range: Range, e: &'a ExprForLoop) -> Value {
+    pub(in super::super) fn index_loop(&mut self, range: Range, e: &'a ExprForLoop) -> Value {
         let mut assigned = Assigned { names: Vec::new() };
         syn::visit::Visit::visit_block(&mut assigned, &e.body);
         // Whoever reads them in a round, but to add, is told so.
@@ -380,7 +375,7 @@ impl<'a> Elaborator<'a> {
     }
 
     /// `place += value` where the variable adds up what rounds give; `None` where it does not.
-    pub(in crate::elaborate) fn accumulate(
+    pub(in super::super) fn accumulate(
         &mut self,
         op: Operator,
         place: &Expr,
@@ -409,7 +404,7 @@ impl<'a> Elaborator<'a> {
     }
 
     /// Reports that a round does something else with a variable than add to it, once for each variable.
-    pub(in crate::elaborate) fn misused_sum(&mut self, name: &Ident, at: impl Into<Place>) -> Value {
+    pub(in super::super) fn misused_sum(&mut self, name: &Ident, at: impl Into<Place>) -> Value {
         if let Some(variable) = self.frame().find_mut(&name.to_string()) {
             *variable = Value::Poison;
         }
@@ -417,7 +412,7 @@ impl<'a> Elaborator<'a> {
     }
 
     /// What two branches of an `if` on the motion add to a variable, as a selection.
-    pub(in crate::elaborate) fn select_added(
+    pub(in super::super) fn select_added(
         &mut self,
         condition: &Condition,
         then: &[Addend],

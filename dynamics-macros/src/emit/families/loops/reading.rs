@@ -13,7 +13,7 @@ use crate::emit::function;
 
 /// Where a round finds what it reads.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(in crate::emit::families) enum Reading {
+pub(in super::super) enum Reading {
     /// In slices of `__m` rounds from `__lo` on, at most `__MOST`, at `__j`: rounds along this index. Another
     /// index has its name.
     Lanes(Axis),
@@ -23,7 +23,7 @@ pub(in crate::emit::families) enum Reading {
 
 impl Reading {
     /// Slices along the innermost index; `None` without rounds.
-    pub(in crate::emit::families) fn of_lanes(rounds: Rounds) -> Option<Self> {
+    pub(in super::super) fn of_lanes(rounds: Rounds) -> Option<Self> {
         match rounds {
             Rounds::Once => None,
             Rounds::Over(_) => Some(Self::Lanes(Axis::First)),
@@ -34,7 +34,7 @@ impl Reading {
 
 /// The nodes of a block of rounds in memory.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(in crate::emit::families) enum Stretch {
+pub(in super::super) enum Stretch {
     /// One and the same.
     Same,
     /// One after the other.
@@ -85,7 +85,7 @@ impl Loops<'_> {
     }
 
     /// Where the node of a local is in q, in the round of these indices.
-    pub(in crate::emit::families) fn place(&self, local: Local) -> TokenStream {
+    pub(in super::super) fn place(&self, local: Local) -> TokenStream {
         let place = self.place_at(local, &|axis| {
             let name = index_name(axis);
             quote!(#name)
@@ -94,12 +94,7 @@ impl Loops<'_> {
     }
 
     /// Where the node of round `__j`, or of the first round of a block, is in q.
-    pub(in crate::emit::families) fn place_in_lanes(
-        &self,
-        local: Local,
-        lane: Axis,
-        first: bool,
-    ) -> TokenStream {
+    pub(in super::super) fn place_in_lanes(&self, local: Local, lane: Axis, first: bool) -> TokenStream {
         let place = self.place_at(local, &|axis| match (axis == lane, first) {
             (true, true) => quote!(__lo),
             (true, false) => quote!((__lo + __j as isize)),
@@ -112,7 +107,7 @@ impl Loops<'_> {
     }
 
     /// How the nodes of a local lie in memory, in a block of rounds along an index.
-    pub(in crate::emit::families) fn stretch(&self, local: Local, lane: Axis) -> Stretch {
+    pub(in super::super) fn stretch(&self, local: Local, lane: Axis) -> Stretch {
         let moves = |index: NodeIndex| matches!(index, NodeIndex::Round(axis, _) if axis == lane);
         match (moves(local.index), local.column.map(moves)) {
             (false, None | Some(false)) => Stretch::Same,
