@@ -7,6 +7,8 @@ mod runs;
 mod saddle;
 mod schur;
 
+use dynamics_runtime::simulate::OptionError;
+
 use crate::failure::FamilyErrorKind;
 use crate::linalg::order::NotBanded;
 use crate::mass::Mass;
@@ -15,6 +17,8 @@ use runs::Jacobian;
 use saddle::Saddle;
 use schur::Schur;
 
+/// Entries of a row up to which products of them fit the band of the tangent.
+const MOST_OF_SHORT_ROW: usize = 24;
 /// Most corrections of positions.
 const MOST_CORRECTIONS: u32 = 20;
 /// Corrections to this part of the size of the coordinates are rounding.
@@ -29,24 +33,30 @@ pub(crate) struct Rows {
     pub(crate) ends: Vec<usize>,
     /// Pairs of a row and a coordinate, in the order of the entries of J.
     pub(crate) pairs: Vec<(u32, u32)>,
+    /// The same sorted by rows: row, coordinate, entry.
+    by_row: Vec<(u32, u32, u32)>,
     jacobian: Jacobian,
     solver: Solver,
     values: Values,
     /// mᵢᵢ, which measure corrections, and 1/mᵢᵢ.
     masses: Vec<f64>,
     inverse: Vec<f64>,
+    /// See [`Rows::reach`]; not known before the first projection.
+    reach: Option<f64>,
     /// λ of the last evaluation.
     pub(crate) multipliers: Vec<f64>,
     change: Vec<f64>,
 }
 
-/// How far a state was off the constraints: the size of the first corrections, in parts of the size of
-/// positions and of velocities, and the rows that were violated most.
+/// How far a state was off the constraints: the size of the first correction of positions, in parts of their
+/// size, that of velocities, and the rows that were violated most.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Projection {
     pub(crate) off: f64,
     pub(crate) row: usize,
-    pub(crate) rate_off: f64,
+    /// The size of the velocities, and of their correction.
+    pub(crate) speed: f64,
+    pub(crate) rate_moved: f64,
     pub(crate) rate_row: usize,
 }
 
@@ -116,6 +126,10 @@ impl Rows {
         let mut pairs: Vec<(u32, u32)> = Vec::new();
         // A model has fewer than 2³² coordinates: their states would fill 32 GiB.
         model.row_pattern(&mut |row, unknown| pairs.push((row as u32, unknown as u32)));
+        let entries = pairs.iter().enumerate();
+        let mut by_row: Vec<(u32, u32, u32)> =
+            entries.map(|(entry, &(row, unknown))| (row, unknown, entry as u32)).collect();
+        by_row.sort_unstable();
         let mut masses = vec![0.0; n];
         model.mass(&mut |i, j, value| {
             if i == j {
@@ -146,14 +160,22 @@ impl Rows {
         Ok(Some(Self {
             ends: row_ends,
             pairs,
+            by_row,
             jacobian,
             solver,
             values,
             masses,
             inverse,
+            reach: None,
             multipliers,
             change,
         }))
+    }
+
+    /// Entries of J of the last evaluation, row by row, with their coordinates; of rows with few entries.
+    pub(crate) fn short_rows(&self) -> impl Iterator<Item = &[(u32, u32, u32)]> {
+        let rows = self.by_row.chunk_by(|a, b| a.0 == b.0);
+        rows.filter(|row| row.len() <= MOST_OF_SHORT_ROW)
     }
 
     /// Entries of J of the last evaluation.
@@ -201,7 +223,7 @@ impl Rows {
         at: View<'_>,
         a: &mut [f64],
     ) -> Result<(), FamilyErrorKind> {
-        mass.accelerations(model, at, a, &mut self.change);
+        mass.accelerations(model, 1, at, a, &mut self.change);
         self.constrain(model, at, a)
     }
 
@@ -264,7 +286,7 @@ impl Rows {
                 self.evaluate(model, View { t, q, u, inputs }, Wanted::Residuals)?;
                 // Nonholonomic rows have no Φ: a change of positions along them is none of theirs.
                 self.multipliers.iter_mut().zip(&self.values.residual).for_each(|(to, r)| *to = -r);
-                let scale = self.size(q);
+                let scale = self.size(q) + self.reach(model, View { t, q, u, inputs });
                 self.change_by_correction::<M>(q)?;
                 let moved = self.size(&self.change);
                 let part = if moved == 0.0 { 0.0 } else { moved / (scale + moved) };
@@ -294,9 +316,27 @@ impl Rows {
         let speed = self.size(u);
         self.change_by_correction::<M>(u)?;
         let moved = self.size(&self.change);
-        let rate_off = if moved == 0.0 { 0.0 } else { moved / (speed + moved) };
-        let rate_row = if rate_off > SMALL { largest(&self.values.velocity_residual) } else { 0 };
-        Ok(Projection { off: off.unwrap_or(0.0), row, rate_off, rate_row })
+        let rate_row = if moved > SMALL * speed { largest(&self.values.velocity_residual) } else { 0 };
+        Ok(Projection { off: off.unwrap_or(0.0), row, speed, rate_moved: moved, rate_row })
+    }
+
+    /// By how much coordinates may change before rows have other gradients, by the stiffness of rows: the
+    /// length of rods. Where coordinates are zero it says what is small. 0 for linear rows.
+    fn reach<M: FamilyModel>(&mut self, model: &M, at: View<'_>) -> f64 {
+        if let Some(reach) = self.reach {
+            return reach;
+        }
+        let (mut bend, all) = (0.0f64, vec![1.0; self.multipliers.len()]);
+        model.row_stiffness(at, &all, &mut |_, _, value| bend = bend.max(value.abs()));
+        let slope = self.values.entries.iter().fold(0.0f64, |most, entry| most.max(entry.abs()));
+        let whole: f64 = self.masses.iter().sum();
+        let reach = if bend > 0.0 && bend.is_finite() { slope / bend * whole.sqrt() } else { 0.0 };
+        *self.reach.insert(reach)
+    }
+
+    /// A speed that accelerations give within the reach of the rows: what is small beside it is rounding.
+    pub(crate) fn natural_speed(&self, a: &[f64]) -> f64 {
+        (self.reach.unwrap_or(0.0) * self.size(a)).sqrt()
     }
 
     /// Adds the correction, and keeps it.
@@ -370,20 +410,24 @@ pub(crate) fn place_on_constraints<M: FamilyModel>(
     Ok(())
 }
 
-/// The rows with their Jacobian and multipliers at a state at rest; `None` where the model has no constraints.
+/// The rows with their Jacobian and multipliers at a state, with these velocities; `None` where the model has
+/// no constraints.
 pub(crate) fn rows_at<M: FamilyModel>(
     model: &M,
     state: &M::State,
+    u: &[f64],
     ends: &Sizes,
 ) -> Result<Option<Rows>, FamilyErrorKind> {
     if M::ROWS.is_empty() {
         return Ok(None);
     }
+    if let Some(input) = state.inputs().iter().position(|input| !input.is_finite()) {
+        return Err(OptionError::InputWithoutValue { input: M::INPUTS[input].name }.into());
+    }
     let mass = Mass::new(model, ends).map_err(|problem| FamilyErrorKind::of_mass::<M>(problem, ends))?;
     let mut rows = Rows::of_model(model, &mass, ends)?;
     if let Some(rows) = &mut rows {
-        let u = vec![0.0; state.q().len()];
-        rows.solve_at(model, &mass, View { u: &u, ..state.view() }, &mut vec![0.0; u.len()])?;
+        rows.solve_at(model, &mass, View { u, ..state.view() }, &mut vec![0.0; u.len()])?;
     }
     Ok(rows)
 }

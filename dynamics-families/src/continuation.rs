@@ -13,6 +13,8 @@
 //! where Newton's method needs few corrections, and shrink where it fails. Source: Keller, in Applications of
 //! Bifurcation Theory (1977) 359.
 
+use dynamics_runtime::simulate::OptionError;
+
 use crate::error::FamilyError;
 use crate::failure::{FamilyErrorKind, check_state};
 use crate::model::{FamilyModel, FamilyState, Sizes, View};
@@ -25,6 +27,8 @@ const FIRST_STEP: f64 = 0.02;
 const LONGEST_STEP: f64 = 0.05;
 /// Shortest step, likewise.
 const SHORTEST_STEP: f64 = 1e-9;
+/// Cosine of the angle by which the tangent may turn from point to point.
+const LEAST_COSINE: f64 = 0.9;
 /// Most corrections of a point.
 const MOST_CORRECTIONS: u32 = 12;
 /// Corrections after which steps grow.
@@ -82,9 +86,14 @@ pub(crate) fn follow<M: FamilyModel>(
         let suggestion = dynamics_view::suggest(input, M::INPUTS.iter().map(|declared| declared.name));
         return Err(failed(FamilyErrorKind::UnknownInput { name: input.to_owned(), suggestion }));
     };
+    if most < 2 {
+        let (option, admissible) = ("most", "at least 2");
+        let number = OptionError::Number { option, value: most as f64, admissible };
+        return Err(failed(number.into()));
+    }
     if !until.is_finite() {
         let (option, admissible) = ("until", "a finite value of the input");
-        let number = dynamics_runtime::simulate::OptionError::Number { option, value: until, admissible };
+        let number = OptionError::Number { option, value: until, admissible };
         return Err(failed(number.into()));
     }
     let first = statics::equilibrium(model, guess)?;
@@ -123,8 +132,10 @@ impl<M: FamilyModel> Path<'_, M> {
         // The size of the linear answer is that of displacements.
         let mut tangent = self.direction(&q, w, None)?;
         let moved = self.tangent.norm(&tangent.q) * self.scale[1] / tangent.w.abs();
+        let size_of_q = self.tangent.norm(&q);
         if moved > 0.0 && moved.is_finite() {
-            self.scale[0] = moved;
+            // Near a limit load the linear answer is larger than the structure.
+            self.scale[0] = if size_of_q > 0.0 { moved.min(size_of_q) } else { moved };
         }
         tangent = self.direction(&q, w, None)?;
         if tangent.w * direction < 0.0 {
@@ -133,21 +144,32 @@ impl<M: FamilyModel> Path<'_, M> {
         let mut size = FIRST_STEP;
         while points.len() < most {
             let predicted = Step { q: sum(&q, &tangent.q, size), w: w + size * tangent.w };
-            let passes = (predicted.w - until) * direction >= 0.0;
+            // A step no longer than usual may end at the last value; a longer one is none of the branch's.
+            let part = (until - w) / tangent.w;
+            let passes = (0.0..=size).contains(&part);
             let corrected = if passes {
                 // The last point has the input's last value.
-                self.correct(Step { q: sum(&q, &tangent.q, (until - w) / tangent.w), w: until }, None)
+                self.correct(Step { q: sum(&q, &tangent.q, part), w: until }, None)
             } else {
                 self.correct(predicted, Some(&tangent))
             };
+            let corrected = corrected.and_then(|(point, corrections)| {
+                let (point, reached) = self.held(point, passes, [w, until], direction, &q)?;
+                let next = self.direction(&point.q, point.w, Some(&tangent))?;
+                let turned = self.product(&next, &tangent);
+                if turned < LEAST_COSINE && size > SHORTEST_STEP {
+                    let coordinate = crate::mass::coordinate_name::<M>(&self.ends, 0);
+                    return Err(FamilyErrorKind::NotSolved { coordinate });
+                }
+                Ok((point, next, corrections, reached))
+            });
             match corrected {
-                Ok((point, corrections)) => {
-                    (q, w) = (point.q, point.w);
+                Ok((point, next, corrections, reached)) => {
+                    (q, w, tangent) = (point.q, point.w, next);
                     points.push(self.point(&q, w)?);
-                    if passes {
+                    if reached {
                         return Ok(());
                     }
-                    tangent = self.direction(&q, w, Some(&tangent))?;
                     if corrections <= FEW_CORRECTIONS {
                         size = (1.5 * size).min(LONGEST_STEP);
                     }
@@ -161,6 +183,24 @@ impl<M: FamilyModel> Path<'_, M> {
             }
         }
         Err(FamilyErrorKind::TooManyPoints { limit: most })
+    }
+
+    /// A corrected point, or, where the input has gone beyond its last value, the point there; and whether it
+    /// has the last value.
+    fn held(
+        &mut self,
+        point: Step,
+        passes: bool,
+        [w, until]: [f64; 2],
+        direction: f64,
+        q: &[f64],
+    ) -> Result<(Step, bool), FamilyErrorKind> {
+        if passes || (point.w - until) * direction < 0.0 {
+            return Ok((point, passes));
+        }
+        let part = (until - w) / (point.w - w);
+        let between: Vec<f64> = q.iter().zip(&point.q).map(|(a, b)| a + part * (b - a)).collect();
+        Ok((self.correct(Step { q: between, w: until }, None)?.0, true))
     }
 
     /// Q at a point, to `forces`.

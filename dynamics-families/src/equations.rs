@@ -122,7 +122,7 @@ impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
         self.evaluations += 1;
         let at = View { t, q, u, inputs: &self.inputs };
         let memory = if matches!(self.mass, Mass::Banded(_)) { &mut self.memory[..q.len()] } else { &mut [] };
-        self.mass.accelerations(self.model, at, a, memory);
+        self.mass.accelerations(self.model, self.threads, at, a, memory);
         match &mut self.rows {
             Some(rows) => rows.constrain(self.model, at, a),
             None => Ok(()),
@@ -179,7 +179,7 @@ impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
         self.evaluations += 1;
         let (a, ordered) = self.memory.split_at_mut(q.len());
         let at = View { t, q, u, inputs: &self.inputs };
-        self.mass.accelerations(self.model, at, a, ordered);
+        self.mass.accelerations(self.model, self.threads, at, a, ordered);
         u.iter_mut().zip(&*a).for_each(|(u, a)| *u += h * a);
         Ok(())
     }

@@ -58,18 +58,19 @@ impl Mass {
         Ok(Self::Banded(Box::new((matrix, factors))))
     }
 
-    /// M⁻¹Q at a state. `memory` has as many places.
+    /// M⁻¹Q at a state, forces by so many threads. `memory` has as many places.
     pub(crate) fn accelerations<M: FamilyModel>(
         &self,
         model: &M,
+        threads: usize,
         at: View<'_>,
         a: &mut [f64],
         memory: &mut [f64],
     ) {
         match self {
-            Self::Diagonal(inverse) => model.scaled_forces(at, inverse, a),
+            Self::Diagonal(inverse) => model.scaled_forces_by(threads, at, inverse, a),
             Self::Banded(parts) => {
-                model.forces(at, a);
+                model.forces_by(threads, at, a);
                 parts.1.solve(a, memory);
             }
         }
@@ -123,12 +124,6 @@ impl Accelerations {
 
     /// q̈ without constraints, written to `a`.
     pub fn evaluate<M: FamilyModel>(&mut self, model: &M, at: View<'_>, a: &mut [f64]) {
-        match &self.mass {
-            Mass::Diagonal(inverse) => model.scaled_forces(at, inverse, a),
-            Mass::Banded(parts) => {
-                model.forces(at, a);
-                parts.1.solve(a, &mut self.memory);
-            }
-        }
+        self.mass.accelerations(model, 1, at, a, &mut self.memory);
     }
 }

@@ -56,7 +56,7 @@ pub(crate) fn modes<M: FamilyModel>(
     let ends = model.ends().map_err(|error| failed(error.into()))?;
     check_state::<M>(state, &ends).map_err(failed)?;
     let n = state.q().len();
-    let rows = rows_at(model, state, &ends).map_err(failed)?;
+    let rows = rows_at(model, state, &vec![0.0; n], &ends).map_err(failed)?;
     let tangent = Tangent::new(model, state.view(), &ends, rows.as_ref()).map_err(failed)?;
     let free = n.saturating_sub(tangent.rows);
     let count = count.min(free);

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use dynamics_runtime::integrate::Tolerances;
 use dynamics_runtime::simulate::{DEFAULT_MAX_STEPS, DEFAULT_TOLERANCE, OptionError};
 
-use crate::constraints::{row_name, rows_at};
+use crate::constraints::{Rows, row_name, rows_at};
 use crate::continuation::{self, EquilibriumBranch};
 use crate::dispersion::{self, FamilyBranch};
 use crate::equations::{Equations, Law};
@@ -88,7 +88,7 @@ pub trait SimulateFamilies: FamilyModel {
         let failed = |kind: FamilyErrorKind| FamilyError::before(kind, state.t());
         let ends = self.ends().map_err(|error| failed(error.into()))?;
         check_state::<Self>(state, &ends).map_err(failed)?;
-        let rows = rows_at(self, state, &ends).map_err(failed)?;
+        let rows = rows_at(self, state, state.u(), &ends).map_err(failed)?;
         let multipliers = rows.as_ref().map_or(&[][..], |rows| &rows.multipliers);
         step_bound::longest_step(self, state, state.inputs(), &ends, multipliers).map_err(failed)
     }
@@ -360,13 +360,23 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
         let Some(rows) = &mut equations.rows else { return Ok(()) };
         let (t, q, u, _) = self.start.parts_mut();
         let found = rows.project(self.model, *t, q, u, &equations.inputs)?;
-        let places = (found.off, found.row, false);
-        match [places, (found.rate_off, found.rate_row, true)].into_iter().find(|at| at.0 > MOST_OFF) {
-            None => Ok(()),
-            Some((_, row, rate)) => {
-                Err(FamilyErrorKind::StartViolates { row: row_name::<M>(&rows.ends, row), rate })
+        let violated = |rows: &Rows, row: usize, rate: bool| {
+            Err(FamilyErrorKind::StartViolates { row: row_name::<M>(&rows.ends, row), rate })
+        };
+        if found.off > MOST_OFF {
+            return violated(rows, found.row, false);
+        }
+        if found.rate_moved > MOST_OFF * found.speed {
+            let (t, q, u) = (self.start.t(), self.start.q(), self.start.u());
+            let mut a = vec![0.0; q.len()];
+            equations.accelerations(t, q, u, &mut a)?;
+            if let Some(rows) = &equations.rows
+                && found.rate_moved > MOST_OFF * (found.speed + rows.natural_speed(&a))
+            {
+                return violated(rows, found.rate_row, true);
             }
         }
+        Ok(())
     }
 
     /// Options that are numbers; the end.

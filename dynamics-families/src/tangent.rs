@@ -1,8 +1,8 @@
 //! c_m M + c_d D + c_k K, assembled from the model's entries, and its solution: LDLᵀ where it is symmetric
 //! and positive definite, else LU with partial pivoting.
 //!
-//! With constraints K contains −∂(Jᵀλ)/∂q, and the matrix is bordered by J: [.. Jᵀ; J 0]. Unknowns are then
-//! the coordinates, and behind them −λ.
+//! With constraints K contains −∂(Jᵀλ)/∂q and a multiple of JᵀJ, and the matrix is bordered by J: [.. Jᵀ; J 0].
+//! Unknowns are then the coordinates, and behind them −λ; right-hand sides are zero there.
 
 use std::sync::Arc;
 
@@ -52,6 +52,11 @@ impl Tangent {
             model.mass(&mut |i, j, _| visit(i, j));
             model.stiffness(at, &mut |i, j, _| visit(i, j));
             model.row_stiffness(at, multipliers, &mut |i, j, _| visit(i, j));
+            for row in rows.iter().flat_map(|rows| rows.short_rows()) {
+                for &(_, i, _) in row {
+                    row.iter().for_each(|&(_, j, _)| visit(i as usize, j as usize));
+                }
+            }
             if M::VELOCITY_FORCES {
                 model.damping(at, &mut |i, j, _| visit(i, j));
             }
@@ -119,6 +124,17 @@ impl Tangent {
                 let (row, unknown, entry) = (n + row as usize, unknown as usize, entry * self.row_scale);
                 fits &= matrix.add(row, unknown, entry) && matrix.add(unknown, row, entry);
             }
+            // JᵀJ changes nothing for motions that the constraints permit, and leaves no pivot at zero where
+            // something moves along a rod.
+            let factor = if largest > 0.0 { self.row_scale * self.row_scale / largest } else { 1.0 };
+            for row in rows.short_rows() {
+                for &(_, i, first) in row {
+                    for &(_, j, second) in row {
+                        let product = rows.entries()[first as usize] * rows.entries()[second as usize];
+                        fits &= matrix.add(i as usize, j as usize, factor * product);
+                    }
+                }
+            }
         }
         match fits {
             true => Ok(()),
@@ -158,7 +174,7 @@ impl Tangent {
         }
         self.uses_lu = false;
         match self.ldl.factor(&self.matrix, Kind::Symmetric) {
-            Ok(()) => Some((self.ldl.negative.saturating_sub(self.rows), self.ldl.singular)),
+            Ok(()) => Some((self.ldl.negative.checked_sub(self.rows)?, self.ldl.singular)),
             Err(_) => Some((self.ldl.negative.saturating_sub(self.rows), true)),
         }
     }

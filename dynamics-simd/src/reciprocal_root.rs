@@ -36,11 +36,15 @@ pub fn near(x: f64) -> f64 {
     y + y * (r * (0.5 + r * (0.375 + r * 0.3125)))
 }
 
-/// 1/√x: as [`near`] has it in its range, elsewhere by a root and a division.
+/// 1/√x and √x: as [`near`] has them in its range, elsewhere by a root and a division.
 #[inline(always)]
 #[must_use]
-pub fn reciprocal_root(x: f64) -> f64 {
-    if is_far(x) { by_division(x) } else { near(x) }
+pub fn reciprocal_and_root(x: f64) -> (f64, f64) {
+    if is_far(x) {
+        return (by_division(x), crate::lanes::sines::sqrt(x));
+    }
+    let reciprocal = near(x);
+    (reciprocal, x * reciprocal)
 }
 
 #[cold]
@@ -75,7 +79,7 @@ mod tests {
         while x < 1e300 {
             for step in 0..40 {
                 let x = x * (1.0 + f64::from(step) * 0.037_123);
-                worst = worst.max(error(x, reciprocal_root(x)).abs());
+                worst = worst.max(error(x, reciprocal_and_root(x).0).abs());
             }
             x *= 1.317_9;
         }
@@ -88,11 +92,13 @@ mod tests {
     fn numbers_out_of_range_are_divided() {
         for x in [0.0, -0.0, 5e-324, -1.0, f64::INFINITY, f64::NAN, f64::MIN_POSITIVE / 2.0] {
             assert!(is_far(x));
-            let (found, expected) = (reciprocal_root(x), 1.0 / x.sqrt());
+            let (found, expected) = (reciprocal_and_root(x).0, 1.0 / x.sqrt());
+            assert!(found.to_bits() == expected.to_bits() || found.is_nan() && expected.is_nan(), "{x}");
+            let (found, expected) = (reciprocal_and_root(x).1, x.sqrt());
             assert!(found.to_bits() == expected.to_bits() || found.is_nan() && expected.is_nan(), "{x}");
         }
         for x in [f64::MIN_POSITIVE, 1.0, f64::MAX] {
-            assert!(!is_far(x) && (reciprocal_root(x) * x.sqrt() - 1.0).abs() < 4e-16, "{x}");
+            assert!(!is_far(x) && (reciprocal_and_root(x).0 * x.sqrt() - 1.0).abs() < 4e-16, "{x}");
         }
     }
 }

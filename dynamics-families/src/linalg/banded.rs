@@ -121,7 +121,7 @@ pub(crate) enum Pivots {
 const LEAST_PIVOT: f64 = 1e-15;
 
 /// Smallest pivot of a matrix with rows scaled to 1, whose rows are to be independent.
-const LEAST_SCALED_PIVOT: f64 = 1e-13;
+pub(crate) const LEAST_SCALED_PIVOT: f64 = 1e-13;
 
 /// L D Lᵀ of a symmetric banded matrix. Only its lower half is read.
 #[derive(Clone, Debug)]

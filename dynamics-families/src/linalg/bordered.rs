@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use crate::linalg::banded::{Banded, Ldl, Lu, Pivots};
+use crate::linalg::banded::{Banded, LEAST_SCALED_PIVOT, Ldl, Lu, Pivots};
 use crate::linalg::dense::{DenseLu, symmetric_eigen};
 use crate::linalg::order::Layout;
 
@@ -230,7 +230,8 @@ impl Factors {
             // The inertia of the whole is that of A and of S together (Haynsworth 1968).
             let (values, _) = symmetric_eigen(&mut self.schur.rows.clone(), m);
             let largest = values.iter().fold(0.0f64, |most, value| most.max(value.abs()));
-            let least = f64::EPSILON * largest;
+            // What is scaled to 1 is small by itself, even where nothing else is in the border.
+            let least = if kind == Kind::Regular { LEAST_SCALED_PIVOT } else { f64::EPSILON * largest };
             if kind == Kind::Positive && !values.iter().all(|&value| value > least) {
                 return Err(unknown(n));
             }

@@ -46,7 +46,7 @@ pub(crate) type Pattern<'a> = dyn FnMut(&mut dyn FnMut(usize, usize)) + 'a;
 impl Layout {
     /// For fields that end at `ends` and a matrix with these entries.
     pub(crate) fn new(sizes: &Sizes, pattern: &mut Pattern<'_>) -> Result<Self, NotBanded> {
-        Self::of_order(by_node(sizes), sizes, sizes.unknowns(), pattern, &[])
+        Self::of_order(by_node(sizes), sizes, [sizes.unknowns(), sizes.len()], pattern, &[])
     }
 
     /// For coordinates and, behind them, rows of constraints: M and J, whose entries are pairs of a row and a
@@ -81,7 +81,8 @@ impl Layout {
             pairs.iter().for_each(|&(row, unknown)| visit(n + row as usize, unknown as usize));
         };
         let alone: Vec<usize> = (0..rows).filter(|&row| last[row].is_none()).map(|row| n + row).collect();
-        Self::of_order(order, sizes, n + rows, &mut all, &alone)
+        let fields = sizes.len() + row_ends.len();
+        Self::of_order(order, sizes, [n + rows, fields], &mut all, &alone)
     }
 
     /// Its structure in words.
@@ -95,7 +96,7 @@ impl Layout {
     fn of_order(
         order: Vec<usize>,
         sizes: &Sizes,
-        n: usize,
+        [n, fields]: [usize; 2],
         pattern: &mut Pattern<'_>,
         alone: &[usize],
     ) -> Result<Self, NotBanded> {
@@ -103,7 +104,7 @@ impl Layout {
         order.iter().enumerate().for_each(|(k, &unknown)| place[unknown] = k);
 
         let grids = (0..sizes.len()).any(|field| sizes.columns(field) > 1);
-        let far = FAR_NODES * sizes.len();
+        let far = FAR_NODES * fields;
         let limit = if grids { far.max(WIDEST_GRID) } else { far }.min(n);
         let limit = dominant_width(&place, limit, pattern);
         let border = border(&place, limit, sizes, pattern, alone)?;

@@ -162,14 +162,15 @@ impl Pass for Stretches<'_> {
         // Places behind the last stretch are eliminated one by one, from the end.
         let whole = stride * LANES - 1;
         let mut good = true;
-        let last = diagonal[whole - 1];
+        let mut kept = diagonal[n - 1];
         for k in (whole..n).rev() {
             let factor = beside[k] / diagonal[k];
-            good &= diagonal[k] > 0.0;
+            good &= is_good(diagonal[k], kept);
+            kept = diagonal[k - 1];
             diagonal[k - 1] -= factor * beside[k];
             x[k - 1] -= factor * x[k];
         }
-        good &= is_good(diagonal[whole - 1], last);
+        good &= is_good(diagonal[whole - 1], kept);
         let (good_stretches, first, ends) = eliminate(rows, diagonal, beside, x, stride);
         let separators = separators(diagonal, beside, x, stride, &first, &ends);
         if !(good && good_stretches && separators.is_some()) {

@@ -226,14 +226,13 @@ impl<'a> Printer<'a> {
         let square = self.value(square);
         let (root, near) = (self.define(id), self.access.block == Some(Block::Near));
         self.reciprocals.insert(id, format!("__r{root}"));
-        let (range, function) = match near {
-            true => ("__far|=__loops::roots::is_far(__x);", "near"),
-            false => ("", "reciprocal_root"),
+        let pair = match near {
+            true => "__far|=__loops::roots::is_far(__x);let __r=__loops::roots::near(__x);(__r,__x*__r)",
+            // x/√x is no number at 0.
+            false => "__loops::roots::reciprocal_and_root(__x)",
         };
         self.access.has_range.set(true);
-        format!(
-            "let (__r{root},{root})={{let __x={square};{range}let __r=__loops::roots::{function}(__x);(__r,__x*__r)}};\n"
-        )
+        format!("let (__r{root},{root})={{let __x={square};{pair}}};\n")
     }
 
     fn sin_cos(&mut self, angle: NodeId, sin: Option<NodeId>, cos: Option<NodeId>) -> String {

@@ -143,7 +143,7 @@ impl RowElement {
     /// The number of its first row, at these counts.
     #[must_use]
     pub fn first_row(&self, counts: &[i64]) -> i64 {
-        let length = |range: &Range| range.end.at(counts) - range.start.at(counts);
+        let length = |range: &Range| (range.end.at(counts) - range.start.at(counts)).max(0);
         self.alone_before + self.before.iter().map(length).sum::<i64>()
     }
 

@@ -320,3 +320,174 @@ fn mistakes_are_told_by_name() {
     let motion = chain.simulate(start).until(0.1).fixed_step(1e-3).run().expect("RK4");
     assert!(motion.summary().energy_drift.expect("conserved") < 1e-9);
 }
+
+/// Displacements of beads on a straight line, all zero at the start: what is small is said by the rods.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: [m; self.beads], y: [m; self.beads])]
+#[units(pitch: m, mass: kg, stiffness: N / m)]
+struct Stretched {
+    beads: usize,
+    pitch: f64,
+    mass: f64,
+    stiffness: f64,
+}
+
+#[dynamics]
+impl Stretched {
+    fn bead(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
+        let x = self.pitch * i as f64;
+        if i == 0 { vec2(x, 0.0) } else { vec2(x + q.x[i - 1], q.y[i - 1]) }
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        (0..self.beads).map(|i| 0.5 * self.mass * (q.x[i].dt().powi(2) + q.y[i].dt().powi(2))).sum()
+    }
+    #[potential]
+    fn ground(&self, q: &Coordinates<Self>) -> Expr {
+        (0..self.beads).map(|i| 0.5 * self.stiffness * q.y[i].powi(2)).sum()
+    }
+    #[holonomic]
+    fn rod(&self, q: &Coordinates<Self>) -> Vec<Expr> {
+        (0..self.beads).map(|i| (self.bead(q, i + 1) - self.bead(q, i)).norm() - self.pitch).collect()
+    }
+}
+
+#[test]
+fn displacements_may_begin_at_zero() {
+    for (beads, pitch) in [(3, 0.1), (8, 0.15), (30, 1.0 / 30.0), (100, 0.01)] {
+        let chain = Stretched { beads, pitch, mass: 1.0, stiffness: 2.0 };
+        let start = chain.state().assemble().expect("on the constraints");
+        let rates = (1..=beads).map(|i| 0.1 * i as f64 * pitch);
+        let moving = chain.state().y_rate(rates).build().expect("finite");
+        for start in [start, moving] {
+            let motion = chain.simulate(start).until(0.1).tolerance(1e-9).run().expect("to the end");
+            assert!(motion.summary().energy_drift.expect("conserved") < 1e-8);
+        }
+    }
+}
+
+/// Rods without stiffness along themselves: the count of unstable displacements is that across them.
+#[test]
+fn a_hanging_chain_is_stable_and_a_standing_one_is_not() {
+    let chain = Garland { beads: 9, pitch: 0.1, mass: 1.0, g: 9.81, span: 1.0 };
+    // A straight chain between pins as far apart as it is long: nothing moves but by bending.
+    let x: Vec<f64> = (1..10).map(|i| 0.1 * f64::from(i)).collect();
+    let error = chain.equilibrium(&chain.state().x(x).build().expect("finite"));
+    assert!(error.is_err() || error.is_ok_and(|found| found.is_stable() != Some(false)));
+    let free = Stretched { beads: 12, pitch: 0.1, mass: 1.0, stiffness: 3.0 };
+    let found = free.equilibrium(&free.state().build().expect("finite")).expect("at rest");
+    assert_eq!((found.unstable, found.neutral), (Some(0), false));
+    let free = Stretched { stiffness: -3.0, ..free };
+    let found = free.equilibrium(&free.state().build().expect("finite")).expect("at rest");
+    assert_eq!((found.unstable, found.neutral), (Some(12), false));
+}
+
+/// A chain that whirls about its pin without weight: rotation stretches it, and gives the bound.
+#[test]
+fn the_bound_of_a_step_knows_the_tension_of_rotation() {
+    let chain = Chain { beads: 10, pitch: 0.1, mass: 1.0, g: 0.0 };
+    let x = || (1..=10).map(|i| 0.1 * f64::from(i));
+    let whirling = |omega: f64| chain.state().x(x()).y_rate(x().map(|x| omega * x)).build().expect("finite");
+    assert!(chain.longest_step(&whirling(0.0)).expect("a bound").is_infinite());
+    let (slow, fast) = (whirling(1.0), whirling(10.0));
+    let [slow, fast] = [slow, fast].map(|state| chain.longest_step(&state).expect("a bound"));
+    assert!((slow / fast - 10.0).abs() < 1e-9, "{slow} {fast}");
+}
+
+/// Second differences that vanish; their range is empty for one node. The pin holds the first.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(s: [m; self.nodes])]
+#[units(mass: kg, stiffness: N / m)]
+struct Straight {
+    nodes: usize,
+    mass: f64,
+    stiffness: f64,
+}
+
+#[dynamics]
+impl Straight {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        (0..self.nodes).map(|i| 0.5 * self.mass * q.s[i].dt().powi(2)).sum()
+    }
+    #[potential]
+    fn springs(&self, q: &Coordinates<Self>) -> Expr {
+        (0..self.nodes).map(|i| 0.5 * self.stiffness * q.s[i].powi(2)).sum()
+    }
+    #[holonomic]
+    fn bend(&self, q: &Coordinates<Self>) -> Vec<Expr> {
+        (2..self.nodes).map(|i| q.s[i] - 2.0 * q.s[i - 1] + q.s[i - 2]).collect()
+    }
+    #[holonomic]
+    fn pin(&self, q: &Coordinates<Self>) -> Expr {
+        q.s[0]
+    }
+}
+
+#[test]
+fn rows_of_an_empty_range_are_none() {
+    for nodes in [1, 2, 3, 40] {
+        let bar = Straight { nodes, mass: 1.0, stiffness: 4.0 };
+        let Ok(state) = bar.state().s((0..nodes).map(|i| i as f64)).build() else {
+            // The report says how many it needs.
+            assert!(nodes < 3);
+            continue;
+        };
+        let motion = bar.simulate(state).until(1.0).run().expect("to the end");
+        let rows = motion.summary().constraints.expect("a pin").rows;
+        assert_eq!(rows, nodes.max(2) - 1, "{nodes}");
+        // A rigid bar about its pin.
+        for (i, s) in motion.end().s().iter().enumerate() {
+            assert!((s - i as f64 * 2f64.cos()).abs() < 1e-7 * nodes as f64, "{nodes} {i} {s}");
+        }
+    }
+}
+
+/// A net of threads that do not push: beads in one place are slack, and no force is divided by zero.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: [m; self.beads], y: [m; self.beads])]
+#[units(length: m, mass: kg, stiffness: N / m, g: m / s^2)]
+struct Thread {
+    beads: usize,
+    length: f64,
+    mass: f64,
+    stiffness: f64,
+    g: f64,
+}
+
+#[dynamics]
+impl Thread {
+    fn bead(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
+        if i == 0 { vec2(0.0, 0.0) } else { vec2(q.x[i - 1], q.y[i - 1]) }
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        (0..self.beads).map(|i| 0.5 * self.mass * (q.x[i].dt().powi(2) + q.y[i].dt().powi(2))).sum()
+    }
+    #[potential]
+    fn energy(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = Expr::ZERO;
+        for i in 0..self.beads {
+            let length = (self.bead(q, i + 1) - self.bead(q, i)).norm();
+            sum += self.mass * self.g * q.y[i];
+            sum += if length < self.length {
+                Expr::ZERO
+            } else {
+                0.5 * self.stiffness * (length - self.length).powi(2)
+            };
+        }
+        sum
+    }
+}
+
+#[test]
+fn a_slack_thread_falls_freely() {
+    for beads in [2, 700] {
+        let thread = Thread { beads, length: 0.3, mass: 1.0, stiffness: 1e4, g: 9.81 };
+        let start = thread.state().build().expect("finite");
+        let motion = thread.simulate(start).until(0.2).run().expect("to the end");
+        for y in motion.end().y() {
+            assert!((y + 0.5 * 9.81 * 0.04).abs() < 1e-12, "{y}");
+        }
+    }
+}

@@ -424,4 +424,12 @@ fn a_branch_goes_on_behind_the_limit_load_of_two_bars() {
         height = y;
     }
     assert!(unstable > 5 && height < -rise, "{unstable} {height}");
+    // From near the limit on the branch is the same: nothing is jumped over.
+    for part in [0.9, 0.999_999] {
+        let near = arch.state().x([a]).y([rise]).load(part * limit).build().expect("finite");
+        let branch = arch.follow(&near, "load", 2.0 * limit, 5000).expect("a branch");
+        assert_eq!(branch.ended, None);
+        let unstable = branch.points.iter().filter(|point| point.unstable == Some(1)).count();
+        assert!(unstable > 5, "{part} {unstable}");
+    }
 }

@@ -38,7 +38,7 @@ impl Elaborator<'_> {
             | (Add, NodeIndex::Fixed(Anchor::Start(k)), index)
                 if small(k) =>
             {
-                Value::Index(index.shifted(k))
+                self.within_reach(index.shifted(k), op, at)
             }
             (Sub, index, NodeIndex::Fixed(Anchor::Start(k))) if small(k) => {
                 let index = index.shifted(-k);
@@ -46,7 +46,7 @@ impl Elaborator<'_> {
                     // As in Rust, where a `usize` below 0 is a panic.
                     self.at_least(count, -plus);
                 }
-                Value::Index(index)
+                self.within_reach(index, op, at)
             }
             // Within the rounds of a range all are below the count, or all are not.
             (Rem, a, b @ NodeIndex::Fixed(Anchor::End { .. })) => match self.index_less(a, b) {
@@ -64,6 +64,16 @@ impl Elaborator<'_> {
                 NodeIndex::Fixed(Anchor::End { count: b, plus: l }),
             ) if a == b => self.small_integer(k - l),
             _ => self.fail(at, &messages::index_form(op.sign(), MOST_OFFSET)),
+        }
+    }
+
+    /// An index, unless steps one after the other went further than loops reach.
+    fn within_reach(&mut self, index: NodeIndex, op: Operator, at: Span) -> Value {
+        match index {
+            NodeIndex::Round(_, k) if k.abs() > MOST_OFFSET => {
+                self.fail(at, &messages::index_form(op.sign(), MOST_OFFSET))
+            }
+            index => Value::Index(index),
         }
     }
 

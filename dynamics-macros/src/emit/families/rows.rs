@@ -24,7 +24,7 @@ impl Loops<'_> {
                         None => quote!(1isize),
                         Some(range) => {
                             let (start, end) = (self.anchor(range.start), self.anchor(range.end));
-                            quote!((#end - #start))
+                            quote!((#end - #start).max(0))
                         }
                     });
                     quote!((0isize #(+ #lengths)*))
@@ -55,7 +55,7 @@ impl Loops<'_> {
         let name = function(&format!("__r{}_{component}", element.constraint));
         let before = element.before.iter().map(|range| {
             let (start, end) = (self.anchor(range.start), self.anchor(range.end));
-            quote!((#end - #start))
+            quote!((#end - #start).max(0))
         });
         let alone = element.alone_before as isize;
         quote!((#name + #alone #(+ #before)*))

@@ -57,6 +57,12 @@ impl Stencil {
             for (a, b, entry) in &element.stiffness {
                 all.add(family, false, (*a, *b), *entry)?;
             }
+            for (_, _, entry) in &element.damping {
+                let at_rest = at_zero(family, *entry)?;
+                if !family.model.graph.is_zero(at_rest) {
+                    return Err(String::from("forces depend on velocities"));
+                }
+            }
             for (a, b, entry) in &element.mass {
                 all.add(family, true, (*a, *b), *entry)?;
             }
@@ -194,6 +200,9 @@ fn add(g: &mut Graph, coefficients: &mut Vec<NodeId>, d: i64, term: NodeId) -> O
 /// The count that ends the rounds of an element between the ends. The error: two counts.
 fn interior(element: &Element) -> Option<Result<u32, String>> {
     let range = element.rounds.range(Axis::First)?;
+    if element.rounds.range(Axis::Second).is_some() {
+        return Some(Err(String::from("a sum over the nodes has two indices")));
+    }
     match (range.start, range.end) {
         (Anchor::Start(_), Anchor::End { count, .. }) => Some(Ok(count)),
         (Anchor::End { count: a, .. }, Anchor::End { count: b, .. }) if a != b => {
