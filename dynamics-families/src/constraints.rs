@@ -37,7 +37,7 @@ pub(crate) struct Rows {
     by_row: Vec<(u32, u32, u32)>,
     jacobian: Jacobian,
     solver: Solver,
-    values: Values,
+    values: OfRows,
     /// mᵢᵢ, which measure corrections, and 1/mᵢᵢ.
     masses: Vec<f64>,
     inverse: Vec<f64>,
@@ -83,7 +83,7 @@ pub struct ConstraintSummary {
 
 /// What rows have at a state.
 #[derive(Debug)]
-struct Values {
+struct OfRows {
     residual: Vec<f64>,
     velocity_residual: Vec<f64>,
     gamma: Vec<f64>,
@@ -150,7 +150,7 @@ impl Rows {
                 Solver::Saddle(Box::new(Saddle::new(entries, pairs.clone(), ends, &row_ends)?))
             }
         };
-        let values = Values {
+        let values = OfRows {
             residual: vec![0.0; rows],
             velocity_residual: vec![0.0; rows],
             gamma: vec![0.0; rows],
@@ -190,7 +190,7 @@ impl Rows {
         at: View<'_>,
         wanted: Wanted,
     ) -> Result<(), FamilyErrorKind> {
-        let Values { residual, velocity_residual, gamma, entries } = &mut self.values;
+        let OfRows { residual, velocity_residual, gamma, entries } = &mut self.values;
         let none = || &mut [][..];
         let (residual, velocity_residual, gamma) = match wanted {
             Wanted::Accelerations => (none(), none(), &mut gamma[..]),
