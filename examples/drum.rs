@@ -2,7 +2,8 @@
 //!
 //! Struck softly in the shape of one mode, it moves in that mode alone, with the frequency of the closed form
 //! ω² = 4 T/m (sin²(p π/(2 (rows + 1))) + sin²(q π/(2 (columns + 1)))). Struck hard, its pitch falls: the
-//! tension of the skin, a soap film, does not grow with its slope. A blow at one place makes waves that are reflected at the rim.
+//! tension of the skin, a soap film, does not grow with its slope. A blow at one place makes waves that are
+//! reflected at the rim.
 //!
 //! Source: Rayleigh, The Theory of Sound (1877), chapter 9.
 

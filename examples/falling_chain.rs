@@ -4,7 +4,8 @@
 //! Its tip falls faster than a stone: the rods that come to rest at the bend hand their energy on. An ideal
 //! folded chain needs 0.847213 of the time of free fall, and its tip would be infinitely fast at the end.
 //!
-//! Source: Calkin, March, Am. J. Phys. 57 (1989) 154; Tomaszewski, Pieranski, Geminard, Am. J. Phys. 74 (2006)
+//! Source: Calkin, March, Am. J. Phys. 57 (1989) 154; Tomaszewski, Pieranski, Geminard, Am. J. Phys. 74
+//! (2006)
 //! 776.
 
 mod common;

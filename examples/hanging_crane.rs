@@ -1,9 +1,9 @@
 //! A load on a cable of beads and springs, on a trolley: L = Σ ½ mᵢ vᵢ² − Σ mᵢ g yᵢ − Σ ½ EA/h (|d| − h)².
 //!
-//! A push on the trolley leaves the load swinging. Half of the push now, and half of it after half a period of
-//! the slowest swing, leaves it at rest: the two swings cancel. The rope is a part of the model, so its own
-//! waves stay, and the period is that of the whole crane: with a trolley that yields it is shorter than that
-//! of a pendulum.
+//! A push on the trolley leaves the load swinging. Half of the push now, and half of it after half a period
+//! of the slowest swing, leaves it at rest: the two swings cancel. The rope is a part of the model, so its
+//! own waves stay, and the period is that of the whole crane: with a trolley that yields it is shorter than
+//! that of a pendulum.
 //!
 //! Source: Smith, Proc. IRE 45 (1957) 1249; Singer, Seering, J. Dyn. Syst. Meas. Control 112 (1990) 76.
 

@@ -2,8 +2,8 @@
 //!
 //! A bar of length l hits an equal one at rest with the speed v. Waves run from the contact into both bars,
 //! with the force ½ v √(EA ρA). They return from the free ends as tension, and at 2 l/c the bars part: the
-//! first one stands still, the second one has the speed v. A shorter bar that hits a longer one stops as well;
-//! the longer one carries a wave, and flies on with v l₁/l₂ in the mean.
+//! first one stands still, the second one has the speed v. A shorter bar that hits a longer one stops as
+//! well; the longer one carries a wave, and flies on with v l₁/l₂ in the mean.
 //!
 //! Source: Saint-Venant (1867); Goldsmith, Impact (1960), chapter 2; Schmerr, Engineering Dynamics 2.0
 //! (2019), chapter 9.

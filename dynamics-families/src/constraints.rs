@@ -1,7 +1,8 @@
-//! Constraints of a run: multipliers λ of M q̈ = Q + Jᵀλ, J q̈ = γ, and corrections back onto the constraints.
+//! Constraints of a run: multipliers λ of M q̈ = Q + Jᵀλ, J q̈ = γ, and corrections back onto the
+//! constraints.
 //!
-//! With a = M⁻¹Q the multipliers fulfil J M⁻¹Jᵀ λ = γ − J a, and q̈ = a + M⁻¹Jᵀλ. Corrections of positions and
-//! velocities are the smallest ones by the kinetic energy, M⁻¹Jᵀμ.
+//! With a = M⁻¹Q the multipliers fulfil J M⁻¹Jᵀ λ = γ − J a, and q̈ = a + M⁻¹Jᵀλ. Corrections of positions
+//! and velocities are the smallest ones by the kinetic energy, M⁻¹Jᵀμ.
 
 mod runs;
 mod saddle;

@@ -2,8 +2,8 @@
 //!
 //! A step of leapfrog reads and writes q and u, and reads the inverse masses: 40 bytes for each unknown. Two
 //! passes move 56. The kick of some nodes follows the drift of these and of those that their forces reach,
-//! while all of them are in the cache. Every number is made of the same operations in the same order as in two
-//! passes, so that the bits are the same.
+//! while all of them are in the cache. Every number is made of the same operations in the same order as in
+//! two passes, so that the bits are the same.
 
 use crate::generated::BLOCK;
 use crate::loops::{Pass, in_parts, in_wide_vectors};

@@ -143,8 +143,8 @@ impl<'r, 'm, M: FamilyModel> Equations<'r, 'm, M> {
         Ok(())
     }
 
-    /// q += `by` u, then u += `h` q̈ at the time t: in one pass over memory where the model can. The bits are the
-    /// same.
+    /// q += `by` u, then u += `h` q̈ at the time t: in one pass over memory where the model can. The bits are
+    /// the same.
     pub(crate) fn drift_and_kick(
         &mut self,
         t: f64,

@@ -314,11 +314,11 @@ pub trait FamilyModel: Described + Sized + Sync + 'static {
     /// Adds h Q `scale` to the velocities, in one pass over memory. Only for models without velocity forces:
     /// Q is evaluated with no velocities.
     fn kick(&self, t: f64, q: &[f64], inputs: &[f64], scale: &[f64], h: f64, u: &mut [f64]);
-    /// Whether Q at a node depends on nodes at most 32 away and on ordinary coordinates alone, so that parts of
-    /// the model can be evaluated one by one.
+    /// Whether Q at a node depends on nodes at most 32 away and on ordinary coordinates alone, so that parts
+    /// of the model can be evaluated one by one.
     const LOCAL: bool = false;
-    /// [`FamilyModel::forces`] by this many threads, where the model is [local](FamilyModel::LOCAL). The bits do
-    /// not depend on their number.
+    /// [`FamilyModel::forces`] by this many threads, where the model is [local](FamilyModel::LOCAL). The bits
+    /// do not depend on their number.
     fn forces_by(&self, _threads: usize, at: View<'_>, forces: &mut [f64]) {
         self.forces(at, forces);
     }

@@ -279,9 +279,9 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
         self
     }
 
-    /// How many threads share an evaluation of the forces, and a drift of the coordinates. Default 1. Worth it
-    /// for 20,000 nodes and more. The bits do not depend on it. Needs the feature `parallel`; without it, and
-    /// where forces depend on nodes far away, one thread does all.
+    /// How many threads share an evaluation of the forces, and a drift of the coordinates. Default 1. Worth
+    /// it for 20,000 nodes and more. The bits do not depend on it. Needs the feature `parallel`; without it,
+    /// and where forces depend on nodes far away, one thread does all.
     pub fn threads(mut self, threads: usize) -> Self {
         self.threads = threads.max(1);
         self

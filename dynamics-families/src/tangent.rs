@@ -1,8 +1,8 @@
 //! c_m M + c_d D + c_k K, assembled from the model's entries, and its solution: LDLᵀ where it is symmetric
 //! and positive definite, else LU with partial pivoting.
 //!
-//! With constraints K contains −∂(Jᵀλ)/∂q and a multiple of JᵀJ, and the matrix is bordered by J: [.. Jᵀ; J 0].
-//! Unknowns are then the coordinates, and behind them −λ; right-hand sides are zero there.
+//! With constraints K contains −∂(Jᵀλ)/∂q and a multiple of JᵀJ, and the matrix is bordered by J: [.. Jᵀ; J
+//! 0]. Unknowns are then the coordinates, and behind them −λ; right-hand sides are zero there.
 
 use std::sync::Arc;
 

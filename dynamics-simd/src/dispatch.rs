@@ -45,8 +45,8 @@ pub fn in_four_lanes<T: Task>(task: T) -> T::Output {
 /// Bits of the widest vectors that [`in_widest_lanes`] may use.
 static WIDEST: AtomicUsize = AtomicUsize::new(usize::MAX);
 
-/// Limits the vectors that [`in_widest_lanes`] uses, of the whole process: to 128, 256 or 512 bits. Results do
-/// not depend on it. It is for measurements, and for tests that compare the bits of results.
+/// Limits the vectors that [`in_widest_lanes`] uses, of the whole process: to 128, 256 or 512 bits. Results
+/// do not depend on it. It is for measurements, and for tests that compare the bits of results.
 pub fn limit_vectors(bits: usize) {
     WIDEST.store(bits, Ordering::Relaxed);
 }

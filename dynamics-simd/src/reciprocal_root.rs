@@ -1,9 +1,9 @@
 //! 1/√x by sums and products, inlined and without a branch.
 //!
-//! Square roots and divisions are the slowest operations of a vector unit: eight numbers of each in one vector
-//! take as long as forty sums. Loops that divide by many roots are three times as fast with these.
+//! Square roots and divisions are the slowest operations of a vector unit: eight numbers of each in one
+//! vector take as long as forty sums. Loops that divide by many roots are three times as fast with these.
 //!
-//! * **Range**: positive normal numbers, see [`is_far`]. [`reciprocal_root`] takes all others to the processor.
+//! * **Range**: positive normal numbers, see [`is_far`]. [`reciprocal_and_root`] takes all others to the processor.
 //! * **First guess**: a constant less half of the bits of x, which halves the exponent and changes its sign
 //!   (Lomont, *Fast inverse square root*, 2003, with his constant for double precision): within 3.5 %.
 //! * **Refinement**: with s = x y², 1/√x = y s^(−1/2). The first polynomial of degree 2 in s has the least

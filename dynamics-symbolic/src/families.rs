@@ -2,8 +2,8 @@
 //!
 //! Energies of such models are sums over an index. What is derived is one element of each sum: its forces,
 //! its inertia, its stiffness. The graph holds an element's own symbols: `s[i]` and `s[i + 1]` are two
-//! coordinates of it, wherever i is. A back end prints loops over i. The nodes of a grid have two indices, and
-//! their elements two loops, one inside the other.
+//! coordinates of it, wherever i is. A back end prints loops over i. The nodes of a grid have two indices,
+//! and their elements two loops, one inside the other.
 //!
 //! Flow: `model`, `slopes` ← `rows`, `index_free`, `springs` ← `derive` ← `shift` ← `dispersion` ← `text`;
 //! `derive` ← `verify`. `verify` compares the elements, put together, with the same model unrolled at small

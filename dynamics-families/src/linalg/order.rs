@@ -126,8 +126,8 @@ impl Layout {
         Ok(Self { place, unknown, core, half, in_order, even_until })
     }
 
-    /// How far apart the places of `count` unknowns from `first` on are; none where that differs or some are in
-    /// the border.
+    /// How far apart the places of `count` unknowns from `first` on are; none where that differs or some are
+    /// in the border.
     #[inline]
     pub(crate) fn stride(&self, first: usize, count: usize) -> Option<usize> {
         match (count, self.even_until[first] >= first + count) {

@@ -3,8 +3,8 @@
 //! Long systems are cut into eight stretches with separators between them, which are eliminated side by side
 //! as lanes of a vector: each recurrence waits for its own divisions, and eight wait no longer than one.
 //! Every stretch is solved for its right-hand side and for a unit at either separator; a small system then
-//! gives the separators. Exact but for rounding, and with the same bits at every width of vectors, since there
-//! are always eight. Source: Wang, ACM Trans. Math. Softw. 7 (1981) 170.
+//! gives the separators. Exact but for rounding, and with the same bits at every width of vectors, since
+//! there are always eight. Source: Wang, ACM Trans. Math. Softw. 7 (1981) 170.
 //!
 //! Short systems are eliminated from both ends to the middle.
 
@@ -142,8 +142,8 @@ fn bad_pivot(diagonal: &[f64], beside: &[f64]) -> usize {
     diagonal.iter().enumerate().position(bad).unwrap_or(0)
 }
 
-/// Eight stretches. Returns whether all pivots were positive; else the diagonal is as it was, but for the last
-/// places, whose neighbours were eliminated.
+/// Eight stretches. Returns whether all pivots were positive; else the diagonal is as it was, but for the
+/// last places, whose neighbours were eliminated.
 struct Stretches<'a> {
     rows: &'a mut [[Lane; 3]],
     diagonal: &'a mut [f64],

@@ -1,9 +1,10 @@
 //! Forces along a line between two places, in few operations.
 //!
 //! The force of a spring of length l is (a l + b) d/l, where d is the difference of two places and a and b
-//! depend on parameters alone. As derived it is `-(1/p)·(d·((a·(l/p − 1) + b)·(1/l)))`: a dozen operations for
-//! each element, whatever the number of its components. Here a quotient of a sum and a root becomes a sum, so
-//! that one factor c = a + b/l is left, which takes up what depends on parameters alone: the force is d·c.
+//! depend on parameters alone. As derived it is `-(1/p)·(d·((a·(l/p − 1) + b)·(1/l)))`: a dozen operations
+//! for each element, whatever the number of its components. Here a quotient of a sum and a root becomes a
+//! sum, so that one factor c = a + b/l is left, which takes up what depends on parameters alone: the force is
+//! d·c.
 
 use crate::graph::{Dependence, Graph, Node, NodeId, Unary};
 
@@ -154,7 +155,8 @@ mod tests {
     use super::*;
     use crate::graph::Symbol;
 
-    /// −(1/p)·(x·((a·(l/p − 1) + b)/l)) and the same with y: one root, one quotient, one sum and two products.
+    /// −(1/p)·(x·((a·(l/p − 1) + b)/l)) and the same with y: one root, one quotient, one sum and two
+    /// products.
     #[test]
     fn a_spring_is_a_factor_and_a_direction() {
         let mut g = Graph::new();
@@ -182,8 +184,8 @@ mod tests {
         let moving = |id: &NodeId| !is_constant(&g, *id);
         let cone: Vec<NodeId> = g.cone(&roots).into_iter().filter(moving).collect();
         let count = |is: fn(&Node) -> bool| cone.iter().filter(|id| is(&g.node(**id))).count();
-        // Two squares, two directions and what both parts of c share; one quotient; the sum of the squares and
-        // that of c.
+        // Two squares, two directions and what both parts of c share; one quotient; the sum of the squares
+        // and that of c.
         assert_eq!(count(|node| matches!(node, Node::Mul(..))), 5);
         assert_eq!(count(|node| matches!(node, Node::Div(..))), 1);
         assert_eq!(count(|node| matches!(node, Node::Add(..) | Node::Sub(..))), 2);

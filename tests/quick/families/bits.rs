@@ -1,5 +1,6 @@
-//! The bits of evaluations and runs do not depend on the width of vectors, on threads, or on how a pass is cut
-//! into parts. Numbers out of the range of the quick functions have their values, too. Steps allocate nothing.
+//! The bits of evaluations and runs do not depend on the width of vectors, on threads, or on how a pass is
+//! cut into parts. Numbers out of the range of the quick functions have their values, too. Steps allocate
+//! nothing.
 
 use allocation_counter::measure;
 use dynamics::families::measured::DriftAndKick;

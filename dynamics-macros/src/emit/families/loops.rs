@@ -215,8 +215,8 @@ impl<'a> Loops<'a> {
         if sum.is_empty() { quote!(0.0) } else { quote!((#sum)) }
     }
 
-    /// Writes values of `__m` nodes, `__j`, of these fields from node `__from` on, with what stands before the
-    /// loop.
+    /// Writes values of `__m` nodes, `__j`, of these fields from node `__from` on, with what stands before
+    /// the loop.
     fn written(
         &self,
         fields: &[usize],
@@ -243,8 +243,8 @@ impl<'a> Loops<'a> {
         }
     }
 
-    /// Passes that write Q, Q times a scale, or add it to velocities: `__Forces` for nodes with one index, part
-    /// by part, and `__Rest` for all else; `__forces` calls both.
+    /// Passes that write Q, Q times a scale, or add it to velocities: `__Forces` for nodes with one index,
+    /// part by part, and `__Rest` for all else; `__forces` calls both.
     pub(super) fn forces(&self) -> TokenStream {
         let (model, private) = (&self.surface.target, self.surface.private());
         let f64 = quote!(#private::f64);

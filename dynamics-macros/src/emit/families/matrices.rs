@@ -1,8 +1,8 @@
 //! The entries of the tangent stiffness, block by block of rounds.
 //!
 //! Every entry of an element that has a value of its own has a buffer for the rounds of a block, so that the
-//! loop vectorises. What an entry of an element adds to the matrix, round by round, lies along a diagonal, and
-//! is handed over in one piece.
+//! loop vectorises. What an entry of an element adds to the matrix, round by round, lies along a diagonal,
+//! and is handed over in one piece.
 
 use dynamics_symbolic::families::{Axis, Rounds};
 use dynamics_symbolic::graph::NodeId;

@@ -58,8 +58,8 @@ fn coordinates(surface: &Surface) -> TokenStream {
         }
         #quiet
         impl #name {
-            /// The multipliers λ of a constraint, named by its function as in `q.reaction(Self::link)`, in the
-            /// shape that the function returns: generalized forces that push toward growing values of the
+            /// The multipliers λ of a constraint, named by its function as in `q.reaction(Self::link)`, in
+            /// the shape that the function returns: generalized forces that push toward growing values of the
             /// constraint. NaN where no solution is at hand, or where the function is no constraint.
             #[must_use]
             #vis fn reaction<#f, #t>(&self, _: #f) -> #t

@@ -124,8 +124,8 @@ impl Loops<'_> {
         Line { top, body, sums: whole.len(), whole }
     }
 
-    /// Whether forces at a node depend on nodes nearby and on ordinary coordinates alone, and no node has a sum
-    /// over all rounds.
+    /// Whether forces at a node depend on nodes nearby and on ordinary coordinates alone, and no node has a
+    /// sum over all rounds.
     pub(super) fn line_is_local(&self) -> bool {
         let graph = &self.family.model.graph;
         let far = |l: u32| {
