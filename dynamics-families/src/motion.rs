@@ -180,8 +180,9 @@ impl<'m, M: FamilyModel> FamilyMotion<'m, M> {
         }
     }
 
-    /// The multipliers λ of a constraint at a state, named by its function, row after row: generalized
-    /// forces that push toward growing values of the constraint. `None` where no constraint has the name.
+    /// The multipliers λ of a constraint at a state, named by its function, all rows of one component after
+    /// the other: generalized forces that push toward growing values of the constraint. `None` where no
+    /// constraint has the name.
     #[must_use]
     pub fn multipliers_of(&self, name: &str, state: &M::State) -> Option<Vec<f64>> {
         M::ROWS.iter().find(|field| field.name == name)?;
