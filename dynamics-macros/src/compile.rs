@@ -96,18 +96,20 @@ pub(crate) fn compile(item_struct: TokenStream, item_impl: TokenStream) -> Resul
 /// How many nodes a family has at least where the model is unrolled, beyond what its ends need.
 const UNROLLED_BEYOND_ENDS: i64 = 3;
 
-/// The same for a grid, of which the unrolled model has so many times as many nodes. Counts differ from one
-/// another, so that rows and columns cannot be taken for each other.
+/// The same for a grid, of which the unrolled model has so many times as many nodes.
 const UNROLLED_GRID: i64 = 2;
 
-/// The counts at which a model is unrolled.
+/// The counts at which a model is unrolled. They differ from one another, so that none can be taken for
+/// another one.
 fn witness_counts(family: &FamilyModel) -> Vec<i64> {
     let has_grids = family.fields.iter().any(|field| field.columns.is_some());
-    let beyond = |count: usize| match has_grids {
-        true => UNROLLED_GRID + count as i64,
-        false => UNROLLED_BEYOND_ENDS,
-    };
-    family.least.iter().enumerate().map(|(count, least)| least.max(&1) + beyond(count)).collect()
+    let beyond = if has_grids { UNROLLED_GRID } else { UNROLLED_BEYOND_ENDS };
+    let mut counts: Vec<i64> = Vec::new();
+    for least in &family.least {
+        let free = (least.max(&1) + beyond..).find(|count| !counts.contains(count));
+        counts.extend(free);
+    }
+    counts
 }
 
 /// A model with families: element by element, and unrolled at small counts. The latter goes through all

@@ -100,7 +100,11 @@ impl<'a> Elaborator<'a> {
                 Some(Some(l - k))
             }
             (Anchor::Start(_), Anchor::End { .. }) => Some(None),
-            (Anchor::End { .. }, Anchor::Start(_)) => Some(Some(0)),
+            (Anchor::End { .. }, Anchor::Start(_)) => {
+                // Empty for counts that are large enough, which is noted.
+                self.anchor_at_most(range.end, range.start)?;
+                Some(Some(0))
+            }
             _ => {
                 self.fail(at, &messages::counts_compared());
                 None
