@@ -83,7 +83,7 @@ mod pictures {
                 let Some(name) = rest.split(".svg)").next().filter(|name| !name.contains(['\n', ' '])) else {
                     continue;
                 };
-                let drawn = text.contains(&format!("\"{name}\"); -->"));
+                let drawn = text.contains(&format!("\"{name}\");"));
                 assert!(drawn, "{}: no example draws {name}", page.display());
                 shown.insert(format!("{name}.svg"));
             }
