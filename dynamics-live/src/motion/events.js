@@ -36,11 +36,11 @@ class EventLocator {
   constructor(motion) {
     const { model, system } = motion;
     this.motion = motion;
-    this.model_events = system.programs.events?.results ?? 0;
-    const named = model.events ?? [], rows = model.rows ?? [];
+    // The program may have more results: pivots of the accelerations that events read.
+    const named = system.has("events") ? model.events ?? [] : [], rows = model.rows ?? [];
+    this.model_events = named.length;
     this.stops = new Map((model.stops ?? []).map((stop) => [stop.event ?? stop, stop.direction ?? 0]));
-    this.names = Array.from({ length: this.model_events }, (_, i) => named[i]?.name ?? `event ${i}`);
-    this.model_events = this.names.length;
+    this.names = named.map(({ name }) => name);
     const unilateral = (kind) => ({ row, event, restitution, rest_speed }) => ({
       kind, row, event, mode: system.row_mode[row], restitution: restitution ?? 0, rest_speed: rest_speed ?? null,
       fastest_hit: 0, last_side: 1, lifted_at: NaN, grazes_until: -Infinity,

@@ -29,6 +29,9 @@ const PILOT_STEPS = 20;
 /** Values below this part of the larger ones of their unit, or of 1, are zero up to rounding. */
 const ZERO_BY_ROUNDING = 1e-13;
 
+/** So many steps in a row are looked at for a motion that chatters. */
+const CHATTER_STEPS = 100;
+
 class Motion {
   /** `programs`: what the macro prints; `model`: names, units and values. */
   constructor(programs, model) {
@@ -129,6 +132,7 @@ class Motion {
     this.evaluations = 0;
     this.events.length = 0;
     this.plan = null;
+    this.kinks = undefined;
     this.begin_here();
     this.evaluations++;
     return null;
@@ -163,7 +167,8 @@ class Motion {
       return i < 0 ? null : { kind: "state_not_finite", what, name: names[i]?.name ?? "", value: values[i] };
     };
     return bad("time", [{ name: "t" }], [t]) ?? bad("coordinate", model.coordinates, q)
-      ?? bad("velocity of", model.coordinates, u) ?? bad("parameter", model.parameters ?? [], this.p);
+      ?? bad("velocity of", model.coordinates, u) ?? bad("parameter", model.parameters ?? [], this.p)
+      ?? bad("input", model.inputs ?? [], this.w);
   }
 
   /** Released constraints of the velocities go to the side to which they slip, holonomic ones to the positive. */
@@ -204,12 +209,41 @@ class Motion {
   step(method, accuracy, end = Infinity) {
     if (this.ended || !this.started) return false;
     this.reason = null;
+    if (end === this.t) return true;
     if (this.plan === null || this.plan.method !== METHODS[method] || this.plan.accuracy !== accuracy) {
       this.plan = this.make_plan(METHODS[method], accuracy, end);
     }
-    const made = this.make_step(end) && this.locator.after_step();
+    const made = this.make_step(end) && this.locator.after_step() && this.is_ahead();
     if (!made) this.reason = this.system.words(this.explain(this.system.failure));
     return made;
+  }
+
+  /**
+   * Fails where the motion chatters on a jump of its accelerations, to which these lead back from both sides: a
+   * switching function that changes its sign in most of many steps in a row, under step control.
+   */
+  is_ahead() {
+    const { system, plan } = this;
+    if (!system.has("kinks") || plan === null || plan.fixed) return true;
+    const values = system.value("kinks", this.t, this.q, this.u, this.a, this.l);
+    this.kinks ??= Array.from(values, (value) => ({ sign: Math.sign(value), steps: 0, changes: 0 }));
+    for (let i = 0; i < values.length; i++) {
+      const kink = this.kinks[i], sign = Math.sign(values[i]);
+      if (sign !== kink.sign) kink.changes++;
+      kink.sign = sign;
+      if (++kink.steps < CHATTER_STEPS) continue;
+      const chatters = kink.changes > 0.4 * CHATTER_STEPS;
+      [kink.steps, kink.changes] = [0, 0];
+      if (chatters) return system.fail({ kind: "rests_on_jump", coordinate: this.fastest() });
+    }
+    return true;
+  }
+
+  /** The coordinate with the largest acceleration. */
+  fastest() {
+    let most = 0;
+    for (let i = 1; i < this.n; i++) if (Math.abs(this.a[i]) > Math.abs(this.a[most])) most = i;
+    return most;
   }
 
   /** How steps are made from here on: tolerances, the controller, and the first step size. */

@@ -246,6 +246,9 @@ const FAILURES = {
     `putting the end of this step back onto the constraints, or what its stages disagree by, would move it, `
     + `\`${coordinate}\` most, by a large part of the way that it had come; make the fixed step shorter, or give a `
     + `tolerance instead`,
+  rests_on_jump: ({ coordinate }) =>
+    `the motion comes to rest on a jump of its accelerations, of \`${coordinate}\`, which lead to it from both `
+    + `sides, as friction does; let what sticks there be a switched constraint, or smooth the jump`,
   overflow: ({ coordinate, order, value }) =>
     `the motion grows beyond all numbers: ${["", "the velocity of "][order]}\`${coordinate}\` is `
     + `${scientific(value, 1)}; end it before, or look for what feeds it, as a force or a damper of the wrong sign, `
