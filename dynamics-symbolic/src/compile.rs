@@ -189,6 +189,8 @@ pub struct Compiled {
     pub equations_text: String,
     /// The equations in LaTeX.
     pub latex: String,
+    /// The equations in MathML: one `<p class="eq">` per equation, each term a `<math>` of its own.
+    pub mathml: String,
 }
 
 /// Derives, checks and schedules a model.
@@ -240,7 +242,8 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     });
     let mut report = text::report(&model, &equations, &constraints, &printed, withheld);
     let mut listing = text::listing(&model, &equations, &printed);
-    let (equations_text, latex) = text::equations(&mut model, &equations);
+    let text::EquationTexts { plain: equations_text, latex, mathml } =
+        text::equations(&mut model, &equations);
     programs.series = expand(&mut model.graph, &equations);
     report.push_str(&text::series_entry(&model, &programs.series));
     listing.push_str(&text::series_section(&model, &programs.series));
@@ -256,7 +259,7 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     programs.output_variations = fitting_output_variations(&mut model);
     // Of all nodes that are printed: series bring choices of their own.
     programs.kinks = followed(&model.graph, hazards.are_followed(&model.graph), &kinks, &of_reactions);
-    Ok(Compiled { model, equations, programs, report, listing, equations_text, latex })
+    Ok(Compiled { model, equations, programs, report, listing, equations_text, latex, mathml })
 }
 
 fn bindings(states: &[Sample]) -> Vec<&dyn Bindings> {
