@@ -1,6 +1,7 @@
 //! MathML is well-formed, names the symbols, and says what the plain equations say.
 
 use std::collections::BTreeMap;
+use std::slice;
 
 use crate::common::reader::{Names, evaluate};
 use crate::texts::{close, models, names, values};
@@ -163,18 +164,22 @@ fn plain(nodes: &[Node], rows: &BTreeMap<String, String>) -> String {
             // sin²x
             (Some(exponent), "msup") if applies => {
                 let argument = plain(&after[1..2], rows);
-                out.push_str(&format!("({}{argument})^({})", inner(0), plain(&[exponent.clone()], rows)));
+                out.push_str(&format!(
+                    "({}{argument})^({})",
+                    inner(0),
+                    plain(slice::from_ref(exponent), rows)
+                ));
                 rest = &after[2..];
             }
             (Some(exponent), "msup") if is_euler(&node.children()[0]) => {
-                out.push_str(&format!("exp({})", plain(&[exponent.clone()], rows)));
+                out.push_str(&format!("exp({})", plain(slice::from_ref(exponent), rows)));
             }
             (Some(exponent), _) => {
                 let base = match node.tag() {
                     "msup" => format!("({})", inner(0)),
                     _ => name(node, rows),
                 };
-                out.push_str(&format!("{base}^({})", plain(&[exponent.clone()], rows)));
+                out.push_str(&format!("{base}^({})", plain(slice::from_ref(exponent), rows)));
             }
             (None, _) => out.push_str(&element(node, rows)),
         }

@@ -92,7 +92,9 @@ impl Target for Latex {
     fn power(&self, base: &Text, exponent: u32) -> Text {
         // sin²θ, as in books.
         for f in ["\\sin", "\\cos", "\\tan"] {
-            if let Some(argument) = base.text.strip_prefix(f).filter(|rest| rest.starts_with("\\left")) {
+            // Not (sin θ + 1)², which begins with a sine too.
+            let call = base.text.strip_prefix(f).filter(|_| base.level == Level::Atom);
+            if let Some(argument) = call.filter(|rest| rest.starts_with("\\left")) {
                 return Text::new(format!("{f}^{{{exponent}}}{argument}"), Level::Power);
             }
         }
@@ -209,7 +211,18 @@ fn single(letter: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::name;
+    use super::{Latex, name};
+    use crate::graph::Unary;
+    use crate::text::target::{Target, Text};
+
+    #[test]
+    fn squares_of_sines_are_written_as_in_books() {
+        let x = Text::atom("x");
+        let sine = Latex.unary(Unary::Sin, &x);
+        assert_eq!(Latex.power(&sine, 2).text, "\\sin^{2}\\left(x\\right)");
+        let sum = Latex.sum(&[(false, sine), (false, x)]);
+        assert_eq!(Latex.power(&sum, 2).text, "\\left(\\sin\\left(x\\right) + x\\right)^{2}");
+    }
 
     #[test]
     fn names_become_letters_with_indices() {

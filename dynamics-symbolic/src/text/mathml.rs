@@ -384,6 +384,8 @@ pub(super) fn escaped(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use core::slice;
+
     use crate::graph::{Binary, Comparison, Number, Unary};
 
     use super::{APPLY, Dots, LEADING_MINUS, MathMl, escaped, is_one, symbol, symbol_mathml};
@@ -520,7 +522,10 @@ mod tests {
         let inner = format!("<mrow>{LEADING_MINUS}<mi>x</mi><mo>+</mo><mi>x</mi></mrow>");
         assert_eq!(MathMl.unary(Unary::Exp, &sum).text, format!("<msup><mi>e</mi>{inner}</msup>"));
         assert_eq!(MathMl.unary(Unary::Cbrt, &sum).text, format!("<mroot>{inner}<mn>3</mn></mroot>"));
-        assert_eq!(MathMl.product(&[x()], &[sum.clone()]).text, format!("<mfrac><mi>x</mi>{inner}</mfrac>"));
+        assert_eq!(
+            MathMl.product(&[x()], slice::from_ref(&sum)).text,
+            format!("<mfrac><mi>x</mi>{inner}</mfrac>")
+        );
         assert_eq!(MathMl.binary(Binary::Powf, &x(), &sum).text, format!("<msup><mi>x</mi>{inner}</msup>"));
     }
 
