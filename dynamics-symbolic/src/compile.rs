@@ -189,7 +189,7 @@ pub struct Compiled {
     pub equations_text: String,
     /// The equations in LaTeX.
     pub latex: String,
-    /// The equations in MathML.
+    /// The equations in MathML: one `<p class="eq">` per equation, each term a `<math>` of its own.
     pub mathml: String,
     /// The programs in JavaScript, for pages.
     pub portability: Portability,
@@ -244,7 +244,8 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     });
     let mut report = text::report(&model, &equations, &constraints, &printed, withheld);
     let mut listing = text::listing(&model, &equations, &printed);
-    let (equations_text, latex) = text::equations(&mut model, &equations);
+    let text::EquationTexts { plain: equations_text, latex, mathml } =
+        text::equations(&mut model, &equations);
     programs.series = expand(&mut model.graph, &equations);
     report.push_str(&text::series_entry(&model, &programs.series));
     listing.push_str(&text::series_section(&model, &programs.series));
@@ -261,7 +262,6 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     // Of all nodes that are printed: series bring choices of their own.
     programs.kinks = followed(&model.graph, hazards.are_followed(&model.graph), &kinks, &of_reactions);
     let portability = text::javascript(&model, &equations, &programs);
-    let mathml = String::new();
     Ok(Compiled {
         model,
         equations,

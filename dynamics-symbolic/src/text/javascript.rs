@@ -10,6 +10,7 @@ use crate::graph::{Binary, Comparison, Symbol, Unary};
 use crate::mechanics::{Equations, Model};
 use crate::schedule::Program;
 
+use super::mathml::{Dots, symbol_mathml};
 use super::program::Line;
 use super::source::{Function, Language, element, function, literal};
 use super::target::{Level, Target, Text, comparison_sign};
@@ -38,7 +39,7 @@ pub fn javascript(model: &Model, equations: &Equations, programs: &Programs) -> 
     if operations > MOST_OPERATIONS {
         let obstacle =
             format!("its programs take {operations} operations; a page holds at most {MOST_OPERATIONS}");
-        return Portability { obstacles: vec![obstacle], ..Portability::default() };
+        return Portability { javascript: String::new(), symbols: symbols(model), obstacles: vec![obstacle] };
     }
     let language = JavaScript { functions: model.functions.iter().map(|f| f.name.clone()).collect() };
     let object = |program: &Program| function(&language, model, program);
@@ -60,7 +61,16 @@ pub fn javascript(model: &Model, equations: &Equations, programs: &Programs) -> 
         out.push_str("],\n");
     }
     out.push_str("})");
-    Portability { javascript: out, symbols: Vec::new(), obstacles: Vec::new() }
+    Portability { javascript: out, symbols: symbols(model), obstacles: Vec::new() }
+}
+
+/// The symbols of coordinates, inputs and parameters in MathML.
+fn symbols(model: &Model) -> Vec<String> {
+    let coordinates = model.coordinates.iter().map(|c| &c.name);
+    let inputs = model.inputs.iter().map(|c| &c.name);
+    let parameters = model.parameters.iter().map(|c| &c.name);
+    let all = coordinates.chain(inputs).chain(parameters);
+    all.map(|name| symbol_mathml(name, Dots::None)).collect()
 }
 
 /// Numbers of everything, and which coordinate each pivot belongs to.
