@@ -6,11 +6,13 @@
 /** Damping, in parts of the trace of J Jᵀ: it keeps the change small where the point cannot move on. */
 const DRAG_DAMPING = 1e-4;
 /** Most linear steps of one drag, and the largest change of a coordinate in one, in parts of 1 + |q|. */
-const MOST_DRAG_STEPS = 30, LARGEST_DRAG_STEP = 0.3;
+const MOST_DRAG_STEPS = 30,
+  LARGEST_DRAG_STEP = 0.3;
 
 /** Where the results of a point begin in the program `points`, and how many it has. */
 function place_of_point(motion, point) {
-  const dimensions = motion.programs.points.dimensions ?? motion.model.points.map(({ dimension }) => dimension);
+  const dimensions =
+    motion.programs.points.dimensions ?? motion.model.points.map(({ dimension }) => dimension);
   let at = 0;
   for (let i = 0; i < point; i++) at += dimensions[i];
   return [at, dimensions[point]];
@@ -18,16 +20,19 @@ function place_of_point(motion, point) {
 
 /** The position of a point at a state. */
 function position_of_point(motion, point, t = motion.t, q = motion.q) {
-  const [at, dimension] = place_of_point(motion, point), out = motion.system.value("points", t, q, motion.u);
+  const [at, dimension] = place_of_point(motion, point),
+    out = motion.system.value("points", t, q, motion.u);
   return Array.from(out.subarray(at, at + dimension));
 }
 
 /** ∂x/∂q of a point, by rows: printed, or by central differences. */
 function jacobian_of_point(motion, point, t, q) {
-  const { n, system } = motion, [at, dimension] = place_of_point(motion, point);
+  const { n, system } = motion,
+    [at, dimension] = place_of_point(motion, point);
   const printed = system.value("points_jacobian", t, q, motion.u);
   if (printed !== null) return printed.slice(at * n, (at + dimension) * n);
-  const jacobian = new Float64Array(dimension * n), moved = q.slice();
+  const jacobian = new Float64Array(dimension * n),
+    moved = q.slice();
   for (let j = 0; j < n; j++) {
     const by = 1e-6 * (1 + Math.abs(q[j]));
     moved[j] = q[j] + by;
@@ -42,7 +47,8 @@ function jacobian_of_point(motion, point, t, q) {
 
 /** 1/√Mᵢᵢ of the coordinates; those without inertia get the largest of the others, or 1. */
 function inertia_scales(motion, t, q) {
-  const { n, system, u } = motion, scale = new Float64Array(n);
+  const { n, system, u } = motion,
+    scale = new Float64Array(n);
   const mass = system.value("mass_matrix", t, q, u) ?? system.value("terms", t, q, u);
   let largest = 0;
   for (let i = 0; i < n; i++) {
@@ -58,11 +64,15 @@ function inertia_scales(motion, t, q) {
  * `positions`: only holonomic rows restrict it.
  */
 function least_change(motion, t, q, jacobian, e, positions, damping = DRAG_DAMPING) {
-  const { n, r, system } = motion, scale = inertia_scales(motion, t, q), count = e.length;
+  const { n, r, system } = motion,
+    scale = inertia_scales(motion, t, q),
+    count = e.length;
   const own = jacobian.map((x, k) => x * scale[k % n]);
   if (r > 0) {
-    const rows = system.value("jacobian", t, q, motion.u), active = [];
-    for (let row = 0; row < r; row++) if (system.holds(row) && (!positions || row < system.holonomic)) active.push(row);
+    const rows = system.value("jacobian", t, q, motion.u),
+      active = [];
+    for (let row = 0; row < r; row++)
+      if (system.holds(row) && (!positions || row < system.holonomic)) active.push(row);
     const a = new Float64Array(active.length * n);
     active.forEach((row, i) => {
       for (let j = 0; j < n; j++) a[i * n + j] = rows[row * n + j] * scale[j];
@@ -78,7 +88,8 @@ function least_change(motion, t, q, jacobian, e, positions, damping = DRAG_DAMPI
       space.rotate_back(part);
     }
   }
-  const square = new Float64Array(count * count), weights = new Float64Array(count);
+  const square = new Float64Array(count * count),
+    weights = new Float64Array(count);
   let trace = 0;
   for (let i = 0; i < count; i++) {
     for (let j = 0; j < count; j++) square[i * count + j] = dot(own, i * n, own, j * n, n);
@@ -88,13 +99,16 @@ function least_change(motion, t, q, jacobian, e, positions, damping = DRAG_DAMPI
   for (let i = 0; i < count; i++) square[i * count + i] += damping * trace;
   solve_lu(square, count, factor_lu(square, count), e, weights);
   const delta = new Float64Array(n);
-  for (let i = 0; i < count; i++) for (let j = 0; j < n; j++) delta[j] += scale[j] * own[i * n + j] * weights[i];
+  for (let i = 0; i < count; i++)
+    for (let j = 0; j < n; j++) delta[j] += scale[j] * own[i * n + j] * weights[i];
   return delta;
 }
 
 /** Contacts of a motion: [row, mode] of each. */
 function contact_modes(motion) {
-  return motion.locator.unilaterals.filter(({ kind }) => kind === "contact").map(({ row, mode }) => [row, mode]);
+  return motion.locator.unilaterals
+    .filter(({ kind }) => kind === "contact")
+    .map(({ row, mode }) => [row, mode]);
 }
 
 /** Lets contacts hold at which `is_closed(row)`, and opens the others. */
@@ -109,7 +123,10 @@ function set_contacts(motion, is_closed) {
  * the motion is as before where the constraints cannot be fulfilled.
  */
 Motion.prototype.drag = function (point, target) {
-  const { n, r, t, system } = this, zero = new Float64Array(n), modes = this.m.slice(), closed = new Set();
+  const { n, r, t, system } = this,
+    zero = new Float64Array(n),
+    modes = this.m.slice(),
+    closed = new Set();
   const away = (at) => {
     const position = position_of_point(this, point, t, at);
     return Float64Array.from(position, (x, i) => target[i] - x);
@@ -120,7 +137,8 @@ Motion.prototype.drag = function (point, target) {
     if (r === 0) return true;
     for (;;) {
       if (!system.constraints.project_positions(t, at, zero)) return false;
-      const before = closed.size, gaps = system.value("residual", t, at, zero);
+      const before = closed.size,
+        gaps = system.value("residual", t, at, zero);
       for (const [row] of contact_modes(this)) if (gaps[row] < -1e-12) closed.add(row);
       if (closed.size === before) return true;
       fulfil();
@@ -132,7 +150,8 @@ Motion.prototype.drag = function (point, target) {
     const delta = least_change(this, t, at.q, jacobian_of_point(this, point, t, at.q), at.e, true, damping);
     let change = 0;
     for (let i = 0; i < n; i++) change = Math.max(change, Math.abs(delta[i]) / (1 + Math.abs(at.q[i])));
-    const part = change > LARGEST_DRAG_STEP ? LARGEST_DRAG_STEP / change : 1, q = at.q.map((x, i) => x + part * delta[i]);
+    const part = change > LARGEST_DRAG_STEP ? LARGEST_DRAG_STEP / change : 1,
+      q = at.q.map((x, i) => x + part * delta[i]);
     const e = place(q) ? away(q) : null;
     // Out of reach a step goes too far: more damping turns it towards the steepest descent.
     if (e === null || !(norm(e) < norm(at.e))) {
@@ -158,9 +177,12 @@ Motion.prototype.rest = function (t, q) {
 
 /** Gives a point a velocity by the least velocities of the coordinates, and starts there. Contacts may open. */
 Motion.prototype.throw_point = function (point, velocity) {
-  const { t, q, system } = this, modes = this.m.slice(), v = Float64Array.from(velocity);
+  const { t, q, system } = this,
+    modes = this.m.slice(),
+    v = Float64Array.from(velocity);
   const velocities = () => {
-    const u = this.rest(t, q), delta = least_change(this, t, q, jacobian_of_point(this, point, t, q), v, false);
+    const u = this.rest(t, q),
+      delta = least_change(this, t, q, jacobian_of_point(this, point, t, q), v, false);
     for (let i = 0; i < u.length; i++) u[i] += delta[i];
     if (this.r > 0) system.constraints.project_velocities(t, q, u);
     return u;
