@@ -32,6 +32,16 @@ const MAX_EXHAUSTIVE_REACTIONS = 6;
 const SAME_SOLUTION = 1e-7;
 /** Rounding error of a reaction, in parts of the sum of its terms. */
 const REACTION_ROUNDING = 16 * Number.EPSILON;
+/** Singular values of Φ_q below this part of the largest count as zero. */
+const SINGULAR_VALUE_TOLERANCE = 1e-7;
+/** Condition from which on a position is singular: accelerations there are limits along a branch. */
+const BRANCH_LIMIT_CONDITION = 1e6;
+/** Time to either side of a singular position at which a limit is evaluated, in parts of that of the motion. */
+const SIDE_INTERVAL = 1e-3;
+/** Relative difference up to which accelerations of both sides agree. */
+const MAX_SIDE_DIFFERENCE = 0.05;
+/** A limit replaces the accelerations of least norm where they differ by more than this part of their size. */
+const BRANCH_LIMIT_DIFFERENCE = 1e-5;
 /** Most pivots of Murty's method in an impact. */
 const MAX_SIDE_CHANGES = 256;
 
@@ -58,6 +68,13 @@ class Constraints {
     this.redundant = flagged
       ? rows.some((row) => row.redundant)
       : !system.has("accelerations") && !system.has("friction");
+    this.is_redundant_row = this.redundant ? (row) => !flagged || rows[row].redundant === true : null;
+    /** The constraint of each row: rows of one constraint are called `closure.x`, `closure.y`. */
+    this.constraint_of = rows.map(({ name }) => name.split(/[.[]/)[0]);
+    this.sensitivity = 0;
+    this.latest_sensitivity = 0;
+    this.noise = 0;
+    this.takes_limits = true;
     this.has_positions = system.holonomic > 0;
     this.holds = (row) => system.holds(row);
     this.all_hold = () => true;
@@ -125,7 +142,9 @@ class Constraints {
         return system.fail({ kind: "constraint_not_finite", row });
     }
     this.tolerance = this.redundant ? this.redundancy_tolerance(t, q, u, holds) : RANK_TOLERANCE;
-    const failure = this.factored.factor(this.mass, this.jacobian, holds, this.tolerance, this.usual_lengths);
+    const failure = this.factored.factor(
+      this.mass, this.jacobian, holds, this.tolerance, this.usual_lengths, this.is_redundant_row,
+    );
     return failure === null ? true : system.fail(failure);
   }
 
@@ -159,7 +178,103 @@ class Constraints {
       return true;
     }
     if (!factored) return false;
-    return system.has("friction") ? this.solve_friction(t, q, u, a, l) : this.solve_for(this.force, a, l);
+    if (system.has("friction")) return this.solve_friction(t, q, u, a, l);
+    if (!this.solve_for(this.force, a, l)) return false;
+    const { m, rows } = this.factored;
+    const loses_rank = rows.rank < m && m === system.r && !this.redundant && this.takes_limits;
+    return loses_rank ? this.take_branch_limit(t, q, u, a, l) : true;
+  }
+
+  /**
+   * The accelerations in a singular position: their limit along the branch of the velocities, from both sides
+   * and two distances. Those of least norm belong to no branch.
+   */
+  take_branch_limit(t, q, u, a, l) {
+    const { system } = this, { rank } = this.factored.rows, active = this.factored.m;
+    const { condition, names } = this.rank_margin(t, q, u);
+    if (condition < BRANCH_LIMIT_CONDITION) return true;
+    const undetermined = () => system.fail({ kind: "branch_undetermined", rank, active, names });
+    const speed = max_abs(u), force = max_abs(a), found = a.slice(), carried = l.slice();
+    // At rest and without forces it stays; where forces begin to move it branches are open.
+    if (speed === 0) return force === 0 || undetermined();
+    const tau = SIDE_INTERVAL * Math.min(1 / speed, speed / force), other = l.slice();
+    const at = (by) => {
+      const there_q = q.map((x, i) => x + by * (u[i] + 0.5 * by * found[i]));
+      const there_u = u.map((x, i) => x + by * found[i]), there = found.slice();
+      const fits = this.project_positions(t + by, there_q, there_u) && this.project_velocities(t + by, there_q, there_u);
+      return fits && system.accelerate(t + by, there_q, there_u, there, other) ? there : null;
+    };
+    const mean = (by) => {
+      const before = at(-by), after = at(by);
+      if (before === null || after === null) return null;
+      const difference = max_abs(before.map((x, i) => after[i] - x));
+      return { mean: before.map((x, i) => 0.5 * (x + after[i])), difference };
+    };
+    const count = system.evaluations;
+    this.takes_limits = false;
+    const near = mean(tau), far = near === null ? null : mean(2 * tau);
+    this.takes_limits = true;
+    system.evaluations = count;
+    l.set(carried);
+    a.set(found);
+    if (far === null) return undetermined();
+    // Errors of the means grow as τ²: Richardson extrapolation.
+    const limit = near.mean.map((x, i) => (4 * x - far.mean[i]) / 3), size = max_abs(limit);
+    const permitted = MAX_SIDE_DIFFERENCE * Math.max(size, force, speed * speed);
+    const apart = max_abs(near.mean.map((x, i) => x - far.mean[i]));
+    if (!(apart <= permitted && near.difference <= permitted) || !Number.isFinite(size)) return undetermined();
+    const difference = max_abs(limit.map((x, i) => x - found[i]));
+    if (difference > BRANCH_LIMIT_DIFFERENCE * (force + speed * speed)) a.set(limit);
+    return true;
+  }
+
+  /** Largest over smallest singular value of Φ_q at a state, see `rank_margin`. */
+  condition(t, q, u) {
+    return this.rank_margin(t, q, u).condition;
+  }
+
+  /**
+   * How far the constraints are from losing rank: largest over smallest singular value of Φ_q, coordinates scaled
+   * by √Mᵢᵢ, the rows of a constraint by the longest of them; and the names of the rows that would depend on each
+   * other. Of redundant rows as many count as are independent nearby.
+   */
+  rank_margin(t, q, u) {
+    const { n, r } = this.system, found = this.scaled_singular_values(t, q, u);
+    if (found === null) return { condition: 1, names: [] };
+    const { sigma, left, active } = found, order = Array.from(sigma.keys()).sort((i, j) => sigma[j] - sigma[i]);
+    const rank_of = (values) => values.filter((x) => x > SINGULAR_VALUE_TOLERANCE * max_abs(values)).length;
+    let expected = sigma.length;
+    if (this.redundant) {
+      const beside = q.map((x, i) => x + NEARBY_DISTANCE * (1 + Math.abs(x)) * (1 + (0.37 * i) / n)), kept = this.right.slice();
+      const there = this.project_positions(t, beside, u) ? this.scaled_singular_values(t, beside, u) : null;
+      this.right.set(kept);
+      expected = Math.max(rank_of(sigma), there === null ? 0 : rank_of(there.sigma));
+    }
+    const least = order[expected - 1], shares = Array.from(left[least], (x, i) => [active[i], x * x]);
+    const top = shares.filter(([, share]) => share > 0.01).sort((x, y) => y[1] - x[1]);
+    const names = top.slice(0, 3).map(([row]) => this.system.model.rows?.[row]?.name ?? `row ${row}`);
+    return { condition: sigma[least] > 0 ? sigma[order[0]] / sigma[least] : Infinity, names };
+  }
+
+  scaled_singular_values(t, q, u) {
+    const { n, r } = this.system, active = [];
+    this.evaluate_terms(t, q, u);
+    for (let row = 0; row < r; row++) if (this.holds(row)) active.push(row);
+    const rows = new Float64Array(active.length * n), longest = new Map();
+    active.forEach((row, i) => {
+      for (let j = 0; j < n; j++) {
+        const inertia = Math.abs(this.mass[j * n + j]);
+        rows[i * n + j] = this.jacobian[row * n + j] / (inertia > 0 ? Math.sqrt(inertia) : 1);
+      }
+      const of = this.constraint_of[row];
+      longest.set(of, Math.max(longest.get(of) ?? 0, norm(rows, i * n, (i + 1) * n)));
+    });
+    if (active.length === 0 || !all_finite(rows)) return null;
+    active.forEach((row, i) => {
+      const length = longest.get(this.constraint_of[row]);
+      for (let j = 0; j < n; j++) rows[i * n + j] /= length || 1;
+    });
+    return { ...singular_values(rows, active.length, n), active };
   }
 
   /** The same for given applied forces, with the equations factored. */
@@ -400,6 +515,8 @@ class Constraints {
       return true;
     }
     if (!factored) return false;
+    // A state on the constraints fulfils all rows, redundant ones included.
+    this.factored.rows.has_redundant_rows = false;
     this.force.fill(0);
     this.factored.solve(this.force, right, delta, impulses);
     return true;
@@ -479,15 +596,38 @@ class Constraints {
   project(t, q, u) {
     this.sensitivity = 0;
     if (!this.project_positions(t, q, u) || !this.project_velocities(t, q, u)) return false;
-    const { sensitivity } = this;
-    this.noise = 0;
-    if (sensitivity > 0 && Number.isFinite(sensitivity)) {
-      if (this.mean_sensitivity === 0) this.mean_sensitivity = sensitivity;
-      this.latest_sensitivity = sensitivity;
-      const amplified = Math.max(sensitivity / this.mean_sensitivity, 1);
-      this.noise = Number.EPSILON * (1 + max_abs(q)) * amplified * (1 + amplified * max_abs(u));
-    }
+    this.latest_sensitivity = this.sensitivity > 0 && Number.isFinite(this.sensitivity) ? this.sensitivity : 0;
+    this.noise = this.projection_noise(q, u);
     return true;
+  }
+
+  /**
+   * Φ is known to ε(1 + |q|). Where corrections are A times as large as in the mean, positions are wrong by A times
+   * that along the direction that is nearly lost, and velocities by A²|q̇| times that.
+   */
+  projection_noise(q, u) {
+    const { sensitivity } = this;
+    if (!(sensitivity > 0 && Number.isFinite(sensitivity))) return 0;
+    if (this.mean_sensitivity === 0) this.mean_sensitivity = sensitivity;
+    const amplified = Math.max(sensitivity / this.mean_sensitivity, 1);
+    return Number.EPSILON * (1 + max_abs(q)) * amplified * (1 + amplified * max_abs(u));
+  }
+
+  /**
+   * Projects a state between the ends of a step, unless rounding would change its velocities by more than the
+   * projection does and than the tolerance permits.
+   */
+  project_between(t, q, u, { absolute, relative }) {
+    const new_q = q.slice(), new_u = u.slice();
+    this.sensitivity = 0;
+    if (!this.project_positions(t, new_q, new_u) || !this.project_velocities(t, new_q, new_u)) return;
+    if (this.sensitivity === 0) return;
+    let change = absolute + relative * max_abs(new_u);
+    for (let i = 0; i < u.length; i++) change = max(change, Math.abs(new_u[i] - u[i]));
+    if (this.projection_noise(new_q, new_u) <= change) {
+      q.set(new_q);
+      u.set(new_u);
+    }
   }
 
   /** A step was accepted: its sensitivity joins the mean. */

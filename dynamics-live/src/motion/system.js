@@ -181,6 +181,12 @@ class System {
   }
 }
 
+/** The text for rows that lose rank. */
+function rank_loss(names) {
+  const all = names.map((name) => `\`${name}\``).join(", ");
+  return names.length === 1 ? `constraint ${all} loses its gradient` : `the constraints ${all} depend on each other`;
+}
+
 /** Texts of what ends a motion, or refuses one: those of the library. */
 const FAILURES = {
   singular_mass_matrix: ({ coordinate, pivot, negative }) =>
@@ -193,10 +199,17 @@ const FAILURES = {
     `the constraints contradict each other: no acceleration satisfies \`${row}\` ` +
     (Math.abs(residual) < 1e12 ? `(missed by ${scientific(residual)}) ` : "") +
     `together with the others, whose Jacobian has rank ${rank} here`,
-  singular_position: ({ row, rank, active, cause }) =>
-    `singular position: \`${row}\` depends on other constraints here (${active} rows have rank ${rank}), so that ` +
-    `the motion cannot be continued; change dimensions or start so that it is passed at a distance, or end the ` +
-    `motion before. The method met: ${cause}`,
+  singular_position: ({ names, condition, cause }) =>
+    `singular position: ${rank_loss(names)} here (conditioning ${scientific(condition, 1)}), so that the motion ` +
+    `cannot be continued; change dimensions or start so that it is passed at a distance, or end the motion before. ` +
+    `The method met: ${cause}`,
+  singular_start: ({ names }) =>
+    `the start is a singular position: ${rank_loss(names)} there, so that accelerations are not determined; start ` +
+    `beside it, or with velocities along a branch`,
+  branch_undetermined: ({ rank, active }) =>
+    `branches of the constraints cross here, where ${active} rows have rank ${rank}, and accelerations beside this ` +
+    `position do not tell on which the motion goes on; start with velocities along one of them, or pass it at ` +
+    `another time`,
   constraint_not_finite: ({ row }) => `constraint \`${row}\` is not finite here`,
   off_constraint: ({ what, row, residual, distance }) =>
     `no ${what} that satisfy the constraints were found near the given ones: \`${row}\` is still missed by ` +
