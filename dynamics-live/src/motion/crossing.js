@@ -10,7 +10,13 @@ const MAX_RETRIES = 5;
 /** Under step control each retry is this factor times as long as the one before. */
 const RETRY_FACTOR = 0.8;
 /** Ends of the retries of a fixed step: at a part of what is left of it, and a part of a fixed step later. */
-const RETRY_ENDS = [[1, 0.3], [0.8, 0], [1, 0.15], [0.6, 0], [0.4, 0]];
+const RETRY_ENDS = [
+  [1, 0.3],
+  [0.8, 0],
+  [1, 0.15],
+  [0.6, 0],
+  [0.4, 0],
+];
 /** A fixed step is inspected whose stages disagree by so many times their usual disagreement, ... */
 const UNUSUAL_DISAGREEMENT = 30;
 /** ... which follows that of the last step by no more than this factor. */
@@ -58,7 +64,8 @@ class SingularityCrossing {
   /** Updates the usual disagreement after a whole fixed step. */
   update_usual() {
     if (!Number.isFinite(this.disagreement)) return;
-    const found = Math.max(this.disagreement, ROUNDING_DISAGREEMENT), { usual } = this;
+    const found = Math.max(this.disagreement, ROUNDING_DISAGREEMENT),
+      { usual } = this;
     this.usual = usual === 0 ? found : Math.min(Math.max(found, usual / USUAL_CHANGE), usual * USUAL_CHANGE);
   }
 

@@ -426,16 +426,22 @@ class FactoredSystem {
  * `left[j]` is the left singular vector of `sigma[j]`; they are not sorted.
  */
 function singular_values(a, m, n) {
-  const left = Array.from({ length: m }, (_, i) => Float64Array.from({ length: m }, (_, j) => (i === j ? 1 : 0)));
+  const left = Array.from({ length: m }, (_, i) =>
+    Float64Array.from({ length: m }, (_, j) => (i === j ? 1 : 0)),
+  );
   for (let sweep = 0, turned = true; turned && sweep < 40; sweep++) {
     turned = false;
     for (let i = 0; i < m; i++) {
       for (let j = i + 1; j < m; j++) {
-        const x = dot(a, i * n, a, i * n, n), y = dot(a, j * n, a, j * n, n), both = dot(a, i * n, a, j * n, n);
+        const x = dot(a, i * n, a, i * n, n),
+          y = dot(a, j * n, a, j * n, n),
+          both = dot(a, i * n, a, j * n, n);
         if (!(Math.abs(both) > 4 * Number.EPSILON * Math.sqrt(x * y))) continue;
         turned = true;
-        const zeta = (y - x) / (2 * both), tan = (zeta < 0 ? -1 : 1) / (Math.abs(zeta) + Math.hypot(1, zeta));
-        const c = 1 / Math.hypot(1, tan), s = c * tan;
+        const zeta = (y - x) / (2 * both),
+          tan = (zeta < 0 ? -1 : 1) / (Math.abs(zeta) + Math.hypot(1, zeta));
+        const c = 1 / Math.hypot(1, tan),
+          s = c * tan;
         for (let k = 0; k < n; k++) {
           const [p, q] = [a[i * n + k], a[j * n + k]];
           [a[i * n + k], a[j * n + k]] = [c * p - s * q, s * p + c * q];

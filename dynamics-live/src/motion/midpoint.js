@@ -11,7 +11,8 @@ class ImplicitMidpoint {
 
   /** Makes the end of a step into `next` of the stepper. Returns null, or why it cannot be made. */
   attempt(h) {
-    const { next, q, u, n, stage } = this.stepper, { end } = this;
+    const { next, q, u, n, stage } = this.stepper,
+      { end } = this;
     this.predict(h);
     let failure = this.iterate(h, null);
     if (failure !== null) {
@@ -35,12 +36,16 @@ class ImplicitMidpoint {
 
   /** Iterates on the velocities of the end; `newton` has the matrix of simplified Newton steps. */
   iterate(h, newton) {
-    const { q, u, n, t, system, stage } = this.stepper, { end } = this, progress = new FixedPoint();
-    const miss = new Float64Array(n), step = new Float64Array(n);
+    const { q, u, n, t, system, stage } = this.stepper,
+      { end } = this,
+      progress = new FixedPoint();
+    const miss = new Float64Array(n),
+      step = new Float64Array(n);
     const rounding = (4 * Number.EPSILON * max_abs(q)) / Math.abs(h);
     for (;;) {
       if (!this.evaluate(h, end)) return system.failure;
-      let correction = 0, change = 0;
+      let correction = 0,
+        change = 0;
       for (let i = 0; i < n; i++) miss[i] = u[i] + h * stage.k_u[1][i] - end[i];
       if (newton === null) step.set(miss);
       else solve_lu(newton.matrix, n, newton.lu, miss, step);
@@ -50,7 +55,8 @@ class ImplicitMidpoint {
         change = Math.max(change, Math.abs(end[i] - u[i]), 1e-2 * Math.abs(end[i]));
       }
       // At rest nothing changes: no correction is a part of that.
-      const part = (x) => (x === 0 ? 0 : x / change), status = progress.judge(part(correction), part(rounding));
+      const part = (x) => (x === 0 ? 0 : x / change),
+        status = progress.judge(part(correction), part(rounding));
       if (status === "converged") return null;
       if (status === "diverged") {
         let coordinate = 0;
@@ -72,9 +78,13 @@ class ImplicitMidpoint {
 
   /** 1 − h (∂a/∂u/2 + h ∂a/∂q/4), factored; null where it cannot be evaluated. */
   newton_matrix(h) {
-    const { n, stage } = this.stepper, { end } = this, largest = max_abs(end);
+    const { n, stage } = this.stepper,
+      { end } = this,
+      largest = max_abs(end);
     if (!this.evaluate(h, end)) return null;
-    const here = stage.k_u[1].slice(), moved = end.slice(), matrix = new Float64Array(n * n);
+    const here = stage.k_u[1].slice(),
+      moved = end.slice(),
+      matrix = new Float64Array(n * n);
     for (let j = 0; j < n; j++) {
       const by = difference_increment(end[j], largest);
       moved[j] = end[j] + by;

@@ -119,7 +119,9 @@ class Motion extends Stepper {
     system.evaluations--;
     if (!placed) {
       const { failure } = system;
-      return system.fail(failure.kind === "branch_undetermined" ? { ...failure, kind: "singular_start" } : failure);
+      return system.fail(
+        failure.kind === "branch_undetermined" ? { ...failure, kind: "singular_start" } : failure,
+      );
     }
     for (let i = 0; i < n; i++) {
       if (!Number.isFinite(a[i])) return system.fail({ kind: "not_finite", coordinate: i, t, h: 0 });
@@ -238,7 +240,7 @@ class Motion extends Stepper {
     }
     const at_rank_loss = ["off_constraint", "contradiction", "step_too_small", "step_displaced"];
     if (this.r > 0 && at_rank_loss.includes(failure.kind)) {
-      const { condition, names } = this.system.constraints.rank_margin(this.t, q, u);
+      const { condition, names } = this.system.constraints.margin.at(this.t, q, u);
       if (condition >= SINGULAR_CONDITION) {
         return { kind: "singular_position", condition, names, cause: this.system.words(failure) };
       }

@@ -41,9 +41,13 @@ const TOLERANCE_OF_FIXED_STEPS = 1e-9;
 
 class Stepper {
   constructor(system) {
-    const { n, r } = system, state = () => ({
-      q: new Float64Array(n), u: new Float64Array(n), a: new Float64Array(n), l: new Float64Array(r),
-    });
+    const { n, r } = system,
+      state = () => ({
+        q: new Float64Array(n),
+        u: new Float64Array(n),
+        a: new Float64Array(n),
+        l: new Float64Array(r),
+      });
     this.system = system;
     this.n = n;
     this.r = r;
@@ -70,11 +74,20 @@ class Stepper {
 
   /** How steps are made from here on: tolerances, the controller, and the first step size. */
   make_plan(method, accuracy, end) {
-    const { fixed, control, error_order } = method, tolerance = fixed ? TOLERANCE_OF_FIXED_STEPS : accuracy;
+    const { fixed, control, error_order } = method,
+      tolerance = fixed ? TOLERANCE_OF_FIXED_STEPS : accuracy;
     const plan = {
-      method, accuracy, fixed: fixed === true, absolute: tolerance, relative: tolerance, h: accuracy,
-      controller: control ? new Controller(control, error_order) : null, origin: this.t, count: 0,
-      crossing: new SingularityCrossing(), attempts_without_stage_projection: 0,
+      method,
+      accuracy,
+      fixed: fixed === true,
+      absolute: tolerance,
+      relative: tolerance,
+      h: accuracy,
+      controller: control ? new Controller(control, error_order) : null,
+      origin: this.t,
+      count: 0,
+      crossing: new SingularityCrossing(),
+      attempts_without_stage_projection: 0,
     };
     if (!plan.fixed) {
       plan.absolute = absolute_tolerance(this, plan, end);
@@ -158,8 +171,11 @@ class Stepper {
 
   /** Makes one step, ending at `end` at the latest. */
   make_step(end) {
-    const { plan, system, r } = this, { crossing } = plan;
-    let retries = 0, failures = 0, chosen = null;
+    const { plan, system, r } = this,
+      { crossing } = plan;
+    let retries = 0,
+      failures = 0,
+      chosen = null;
     crossing.begin_step();
     for (;;) {
       let [to, h] = chosen ?? this.next_time(end);
@@ -218,27 +234,37 @@ class Stepper {
   retry_end(h, retry, end) {
     const { plan } = this;
     if (!plan.fixed) return this.t + h * powi(RETRY_FACTOR, retry);
-    const [part, behind] = RETRY_ENDS[retry - 1], to = this.t + part * h + Math.sign(h) * behind * plan.accuracy;
+    const [part, behind] = RETRY_ENDS[retry - 1],
+      to = this.t + part * h + Math.sign(h) * behind * plan.accuracy;
     return (end - to) * Math.sign(h) < 0 ? end : to;
   }
 
   /** Judges an attempt at a fixed step of a constrained system. */
   judge_crossing(retries, h, failure) {
-    const { plan, next, q, u, a, t, n } = this, { crossing, method } = plan;
+    const { plan, next, q, u, a, t, n } = this,
+      { crossing, method } = plan;
     if (failure === null) {
       if (!method.explicit) return "accept";
       return crossing.judge(retries, this.disagreement, () => this.is_near_rank_loss(t + h, next.q, next.u));
     }
     if (failure.kind === "not_finite") return "accept";
-    const ahead_q = q.map((x, i) => x + h * u[i]), ahead_u = u.map((x, i) => x + h * a[i]);
+    const ahead_q = q.map((x, i) => x + h * u[i]),
+      ahead_u = u.map((x, i) => x + h * a[i]);
     return crossing.judge(retries, Infinity, () => this.is_near_rank_loss(t + h, ahead_q, ahead_u));
   }
 
   /** Whether the constraint Jacobian nearly loses rank at an end of a step, or in its middle. */
   is_near_rank_loss(to, end_q, end_u) {
-    const { q, u, t, system } = this, middle = (x, y) => x.map((from, i) => 0.5 * (from + y[i]));
-    const places = [[t, q, u], [0.5 * (t + to), middle(q, end_q), middle(u, end_u)], [to, end_q, end_u]];
-    return places.some(([at, x, v]) => system.constraints.condition(at, x, v) >= NEARLY_SINGULAR_CONDITION);
+    const { q, u, t, system } = this,
+      middle = (x, y) => x.map((from, i) => 0.5 * (from + y[i]));
+    const places = [
+      [t, q, u],
+      [0.5 * (t + to), middle(q, end_q), middle(u, end_u)],
+      [to, end_q, end_u],
+    ];
+    return places.some(
+      ([at, x, v]) => system.constraints.margin.at(at, x, v).condition >= NEARLY_SINGULAR_CONDITION,
+    );
   }
 
   /** An error where the stages of a fixed step disagree by a considerable part of its way. */
@@ -257,7 +283,8 @@ class Stepper {
     if (!far_in_q && !(max_abs(moved_u) > MAX_DISPLACEMENT * speed)) return -1;
     const moved = far_in_q ? moved_q : moved_u;
     let coordinate = 0;
-    for (let i = 1; i < moved.length; i++) if (Math.abs(moved[i]) > Math.abs(moved[coordinate])) coordinate = i;
+    for (let i = 1; i < moved.length; i++)
+      if (Math.abs(moved[i]) > Math.abs(moved[coordinate])) coordinate = i;
     return coordinate;
   }
 
@@ -273,13 +300,14 @@ class Stepper {
 
   /** Tries a step: its end is in `next`, its error in `error`. Returns null, or why it cannot be reached. */
   attempt(to, h) {
-    const { plan, system, next, n, r } = this, { method } = plan;
+    const { plan, system, next, n, r } = this,
+      { method } = plan;
     const { q, u, l, k_q, k_u } = this.stage;
     let projected = false;
     this.projects_stages = false;
     this.noise = 0;
     if (plan.attempts_without_stage_projection > 0) plan.attempts_without_stage_projection--;
-    for (let error_before = 0; ; ) {
+    for (let error_before = 0; ;) {
       q[0].set(this.q);
       u[0].set(this.u);
       l[0].set(this.l);
@@ -297,7 +325,9 @@ class Stepper {
         const still_large = this.error > HELPFUL_ERROR_PART * error_before;
         plan.attempts_without_stage_projection = still_large ? ATTEMPTS_WITHOUT_STAGE_PROJECTION : 0;
       } else if (
-        this.error > OFF_CONSTRAINT_ERROR && plan.attempts_without_stage_projection === 0 && !plan.fixed
+        this.error > OFF_CONSTRAINT_ERROR &&
+        plan.attempts_without_stage_projection === 0 &&
+        !plan.fixed
       ) {
         [error_before, this.projects_stages] = [this.error, true];
         continue;
@@ -397,13 +427,16 @@ class Stepper {
    * of their sum from the stages at the ends. Other methods of fixed steps have none.
    */
   stage_disagreement(h) {
-    const { plan, n, next, stage } = this, { k_q, k_u } = stage;
+    const { plan, n, next, stage } = this,
+      { k_q, k_u } = stage;
     this.apart = null;
     if (plan.method !== METHODS.rk4) return 0;
-    const apart = (k) => Float64Array.from({ length: n }, (_, i) => {
-      const middle = k[2][i] - k[1][i], ends = k[0][i] - k[1][i] - k[2][i] + k[3][i];
-      return (h / 6) * max(Math.abs(middle), Math.abs(ends));
-    });
+    const apart = (k) =>
+      Float64Array.from({ length: n }, (_, i) => {
+        const middle = k[2][i] - k[1][i],
+          ends = k[0][i] - k[1][i] - k[2][i] + k[3][i];
+        return (h / 6) * max(Math.abs(middle), Math.abs(ends));
+      });
     this.apart = { q: apart(k_q), u: apart(k_u) };
     return this.norm(plan, this.apart.q, this.apart.u, next.q, next.u);
   }
@@ -428,10 +461,14 @@ class Stepper {
 
   /** Projects the end of a step; false where that fails. `moved` has by how much, in permitted errors. */
   project_end(to) {
-    const { plan, system, next } = this, { constraints } = system, { absolute, relative } = plan;
-    const before_q = next.q.slice(), before_u = next.u.slice();
+    const { plan, system, next } = this,
+      { constraints } = system,
+      { absolute, relative } = plan;
+    const before_q = next.q.slice(),
+      before_u = next.u.slice();
     if (!constraints.project(to, next.q, next.u)) return false;
-    const q = before_q.map((x, i) => next.q[i] - x), u = before_u.map((x, i) => next.u[i] - x);
+    const q = before_q.map((x, i) => next.q[i] - x),
+      u = before_u.map((x, i) => next.u[i] - x);
     const by = this.norm(plan, q, u, next.q, next.u, before_q, before_u);
     // Near a singular position a small violation causes a large move: the violation counts.
     let violation = by;
@@ -449,12 +486,15 @@ class Stepper {
    * direction in which the start of the step would be projected is no error of the step; the rest of it is.
    */
   projection_error() {
-    const { plan, system, next, n, q, u, t, moved } = this, { constraints } = system;
+    const { plan, system, next, n, q, u, t, moved } = this,
+      { constraints } = system;
     const violated = moved.violation / MAX_VIOLATION;
     if (violated <= 1 || plan.fixed || this.noise <= 1) return violated;
     const is_curved = moved.by * moved.by * Math.max(plan.absolute, plan.relative) > MAX_CURVATURE;
     if (is_curved || !this.is_near_rank_loss(t, next.q, next.u)) return violated;
-    const part = new Float64Array(n), rest_q = moved.q.slice(), rest_u = moved.u.slice();
+    const part = new Float64Array(n),
+      rest_q = moved.q.slice(),
+      rest_u = moved.u.slice();
     if (!constraints.inadmissible_part(t, q, u, moved.q, part, true)) return violated;
     for (let i = 0; i < n; i++) rest_q[i] -= part[i];
     if (!constraints.inadmissible_part(t, q, u, moved.u, part, false)) return violated;
