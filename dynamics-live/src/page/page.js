@@ -22,7 +22,7 @@ function timeWords(t) {
   const { pace } = player, power = pace < 1e-3 || pace > 1e4 ? Math.floor(Math.log10(pace)) : 0;
   const digits = clamp(2 - Math.floor(Math.log10(pace)) + power, 0, 6);
   return (t / 10 ** power).toFixed(digits).replace(/^-(?=0\.?0*$)/, "").replace("-", "−")
-    + " " + scaled(power, "s");
+    + (power ? scaled(power, "s") : " s");
 }
 // What a screen reader says of a picture that stands.
 let sayTimer;

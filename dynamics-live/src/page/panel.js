@@ -3,7 +3,7 @@
 // ---- sliders and choices
 
 const rateSymbol = (symbol) =>
-  symbol.replace(/<mi[^>]*>.*?<\/mi>/, '<mover accent="true">$&<mo>˙</mo></mover>');
+  symbol.replace(/<mi[^>]*>.*?<\/mi>/, '<mover>$&<mo>˙</mo></mover>');
 let parameterSliders = [], startSliders = [], inputSliders = [];
 
 function makeParameters() {
@@ -126,7 +126,7 @@ function makePlots() {
     : HAS_ENERGY ? [["energy function", "ink", "E"]] : [];
   if (energies.length) {
     plots.push(new TimePlot($("energy"), player, energies.map(([, color, which]) =>
-      ({ color, width: color === "ink" ? 2 : 1.6, of: ({ energy }) => energy[which] })), ENERGY_UNIT));
+      ({ color, width: color === "ink" ? 2 : 1.6, of: ({ energy }) => energy[which] })), ENERGY_UNIT, 1e-3));
     $("energies").append(...energies.map(([name, color]) => key(name, color)));
   }
   $("energy-card").hidden = !energies.length;
@@ -145,7 +145,10 @@ function addPlot(channel, k) {
   top.append(element("h2", "", channel.name));
   card.append(top, canvas);
   $("phase-card").before(card);
-  plots.push(new TimePlot(canvas, player, [{ color: HUES[k % HUES.length], of: ({ channels }) => channels[k] }], channel.unit));
+  const curve = { color: HUES[k % HUES.length], of: ({ channels }) => channels[k] };
+  // Of what is conserved, errors of the interpolation are no motion.
+  const constant = channel.name === "energy" || MODEL.conserved.some(({ name }) => name === channel.name);
+  plots.push(new TimePlot(canvas, player, [curve], channel.unit, constant ? 1e-3 : undefined));
 }
 // Without anything to draw, the coordinates over time stand in the picture's place.
 function makeStrip() {

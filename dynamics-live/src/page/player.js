@@ -50,7 +50,7 @@ function repeatingAngles(motion) {
 // Seconds of the motion in a second of playing: 1 where that can be watched.
 function chosenPace(time) {
   if (MODEL.until) return MODEL.until >= 2 && MODEL.until <= 120 ? 1 : roundStep(MODEL.until / 20);
-  return !(time > 0) || !Number.isFinite(time) || (time > 0.03 && time < 20) ? 1 : roundStep(time);
+  return !(time > 0) || !Number.isFinite(time) || (time > 0.03 && time < 20) ? 1 : roundStep(time / 4);
 }
 
 class Player {
@@ -223,10 +223,22 @@ class Player {
     }
     // The state was put onto the constraints of the new parameters.
     const { t } = this.instants.pop();
-    if (what !== "method") this.balance();
+    if (what !== "method") {
+      this.balance();
+      this.fitStart();
+    }
     this.record(t);
     this.changed(what);
     return null;
+  }
+
+  // Puts the start onto the constraints of new parameters, where they permit.
+  fitStart() {
+    const { constraints } = this.motion.system, { t } = this.start;
+    const q = this.start.q.slice(), u = this.start.u.slice();
+    if (MODEL.rows.length && constraints.project_positions(t, q, u) && constraints.project_velocities(t, q, u)) {
+      Object.assign(this.start, { q, u });
+    }
   }
 
   // The state between the two instants about the head.

@@ -1,7 +1,7 @@
 // Plots: quantities over time, and the phase plane.
 "use strict";
 const WINDOW = 12 * RATE;   // instants in a plot over time: twelve seconds of playing
-const EDGE = { left: 44, right: 14, top: 9, bottom: 22 };
+const EDGE = { left: 44, right: 14, top: 20, bottom: 22 };
 const HUES = ["blue", "amber", "green", "purple", "red", "teal", "brown", "pink"];
 
 // The power of ten that axis labels leave to the unit.
@@ -38,14 +38,19 @@ function drawAxes({ pen, width, height }, x, y) {
   pen.fillStyle = palette.quiet;
   pen.textAlign = "center";
   pen.textBaseline = "top";
-  for (const v of across) pen.fillText(below.of(v), X(v), height - EDGE.bottom + 5);
+  // The unit stands at the end of its axis, in place of a label that it would meet.
+  const unit = scaled(below.power, x.unit), free = width - pen.measureText(unit).width - 10;
+  for (const v of across) {
+    const text = below.of(v);
+    if (X(v) + pen.measureText(text).width / 2 < free) pen.fillText(text, X(v), height - EDGE.bottom + 5);
+  }
   pen.textAlign = "right";
-  pen.fillText(scaled(below.power, x.unit), width - EDGE.right, height - EDGE.bottom - 15);
+  pen.fillText(unit, width - 2, height - EDGE.bottom + 5);
   pen.textBaseline = "middle";
   for (const v of upright) pen.fillText(beside.of(v), EDGE.left - 5, Y(v));
   pen.textAlign = "left";
   pen.textBaseline = "top";
-  pen.fillText(scaled(beside.power, y.unit), EDGE.left + 4, EDGE.top);
+  pen.fillText(scaled(beside.power, y.unit), 4, 1);
   return { X, Y };
 }
 
@@ -61,7 +66,9 @@ function clipped({ pen, width, height }, paint) {
 
 // Curves over time: { color, width, of: (instant) => value }. The axis glides to the range of what is seen.
 class TimePlot {
-  constructor(canvas, player, curves, unit) { Object.assign(this, { canvas, player, curves, unit, range: null }); }
+  constructor(canvas, player, curves, unit, least = 1e-6) {
+    Object.assign(this, { canvas, player, curves, unit, least, range: null });
+  }
 
   draw() {
     const drawing = prepare(this.canvas), { player, curves } = this;
@@ -107,8 +114,8 @@ class TimePlot {
     let lo = Infinity, hi = -Infinity;
     for (const column of values) for (const v of column) if (Number.isFinite(v)) { lo = Math.min(lo, v); hi = Math.max(hi, v); }
     if (!(lo <= hi)) [lo, hi] = [-1, 1];
-    // Rounding is no motion.
-    const least = 1e-9 * Math.max(Math.abs(lo), Math.abs(hi));
+    // What changes by rounding alone stands still.
+    const least = this.least * Math.max(Math.abs(lo), Math.abs(hi));
     if (!(hi - lo > least)) { const half = Math.abs(lo) / 2 || 1; lo -= half; hi += half; }
     const room = 0.06 * (hi - lo), goal = { lo: lo - room, hi: hi + room }, { range } = this;
     const far = !range || lo < range.lo || hi > range.hi || range.hi - range.lo > 8 * (hi - lo);
