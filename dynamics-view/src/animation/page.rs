@@ -9,7 +9,7 @@ use super::clock::Clock;
 use super::encode::{Bounds, Grid, differences};
 use super::{Animation, Recording};
 use crate::color::Color;
-use crate::text::{json, json_number, typeset, with_unit, xml};
+use crate::text::{fill, json, json_number, typeset, with_unit, xml};
 
 /// Azimuth and elevation of the eye in degrees: x comes toward the viewer and to the right, y goes away and
 /// to the right, and no axis hides another.
@@ -139,21 +139,6 @@ impl Animation<'_> {
         out.push(']');
         out
     }
-}
-
-/// `template` with every `{{name}}` replaced; what is put in is not looked at again, whatever it holds.
-pub(super) fn fill(template: &str, values: &[(&str, &str)]) -> String {
-    let mut out = String::new();
-    let mut rest = template;
-    while let Some((before, after)) = rest.split_once("{{") {
-        out.push_str(before);
-        let (name, after) = after.split_once("}}").unwrap_or((after, ""));
-        let value = values.iter().find(|(known, _)| *known == name);
-        out.push_str(value.map_or("", |(_, value)| value));
-        rest = after;
-    }
-    out.push_str(rest);
-    out
 }
 
 /// Values as integers of a hundred-thousandth of their range.
