@@ -38,7 +38,7 @@ impl Animation<'_> {
                 ("summary", &self.summaries()),
                 ("data", &self.data(clock, recordings)),
                 ("space", if is_spatial(recordings) { include_str!("space.js") } else { "" }),
-                ("script", concat!(include_str!("room.js"), include_str!("page.js"))),
+                ("script", concat!(include_str!("paint.js"), include_str!("room.js"), include_str!("page.js"))),
             ],
         )
     }
