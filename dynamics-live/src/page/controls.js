@@ -42,11 +42,12 @@ class Slider {
     this.output = element("output");
     this.refusal = element("p", "refusal");
     this.refusal.setAttribute("role", "alert");
+    this.output.setAttribute("aria-live", "off");
     this.label.htmlFor = this.output.htmlFor = item.id;
     const spoken = item.name + (item.unit ? " in " + item.unit : "");
     this.input.setAttribute("aria-label", spoken + (item.about ? ": " + item.about : ""));
     this.row.title = item.name + (item.about ? ": " + item.about : "");
-    this.row.append(this.label, this.input, this.output, this.refusal);
+    this.row.append(this.label, this.input, this.output, element("p", "about", item.about), this.refusal);
     into.append(this.row);
     this.listen();
   }

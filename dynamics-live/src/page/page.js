@@ -4,7 +4,7 @@ const $ = (id) => document.getElementById(id);
 const player = new Player(), picture = new Picture($("picture"), player);
 const phase = new PhasePlot($("phase"), player), precision = new Precision($("precision"), player);
 const plots = [];
-let dirty = true, frames = 0, spent = 0, clockBefore = null;
+let dirty = true, chartDirty = true, frames = 0, spent = 0, clockBefore = null;
 
 // ---- words
 
@@ -206,12 +206,22 @@ const probe = {
 
 // ---- the clock
 
+// Plots that nobody sees are not drawn.
+const inSight = new Set();
+const sight = new IntersectionObserver((entries) => {
+  for (const { target, isIntersecting } of entries) inSight[isIntersecting ? "add" : "delete"](target);
+  dirty = chartDirty = true;
+}, { rootMargin: "100px" });
+
 function drawAll() {
   player.show();
   picture.draw();
-  for (const plot of plots) if (plot.canvas.clientWidth) plot.draw();
-  precision.draw();
-  $("horizon").textContent = `after ${number(precision.span ?? 5 * player.pace)} s` + (precision.busy ? " …" : "");
+  for (const plot of plots) if (inSight.has(plot.canvas)) plot.draw();
+  if (chartDirty) {
+    chartDirty = false;
+    precision.draw();
+    $("horizon").textContent = `after ${number(precision.span ?? 5 * player.pace)} s` + (precision.busy ? " …" : "");
+  }
   $("time").textContent = timeWords(player.time());
   $("scale").textContent = picture.spacing ? `grid ${number(picture.spacing)} ${MODEL.length_unit ?? ""}`.trim() : "";
   $("scrub").value = player.last > player.first ? (player.head - player.first) / (player.last - player.first) : 1;
@@ -234,7 +244,7 @@ function tick(clock) {
     dirty = true;
   }
   if (probe.wanted) { probe.work(began + 8); dirty = true; }
-  else if (precision.work(performance.now() + 4)) dirty = true;
+  else if (precision.work(performance.now() + 4)) dirty = chartDirty = true;
   if (dirty || picture.gliding) { dirty = false; drawAll(); }
   spent += performance.now() - began;
   frames++;
@@ -265,12 +275,18 @@ function listen() {
   const repaint = (printed) => {
     document.documentElement.classList.toggle("printed", printed);
     readPalette();
+    chartDirty = true;
+    for (const { canvas } of plots) inSight.add(canvas);
     drawAll();
   };
   addEventListener("beforeprint", () => repaint(true));
   addEventListener("afterprint", () => repaint(false));
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { readPalette(); dirty = true; });
-  new ResizeObserver(() => { dirty = true; }).observe(document.body);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+    readPalette();
+    dirty = chartDirty = true;
+  });
+  new ResizeObserver(() => { dirty = chartDirty = true; }).observe(document.body);
+  for (const { canvas } of plots) sight.observe(canvas);
 }
 function begin() {
   readPalette();
@@ -278,7 +294,7 @@ function begin() {
     if (what !== "method") { precision.stale(); probe.stale(); }
     if (what !== "method") phase.forget();
     remember();
-    dirty = true;
+    dirty = chartDirty = true;
   });
   makeParameters();
   makeInputs();
@@ -298,6 +314,7 @@ function begin() {
   probe.work(performance.now() + 25);
   requestAnimationFrame(tick);
   if (!reducedMotion()) setPlaying(true);
+  if (picture.space) $("hint").textContent += "; drag the ground to turn, scroll or pinch to zoom";
   if (!$("hint").classList.contains("stays")) setTimeout(() => $("hint").classList.add("gone"), 9000);
 }
 // For tests: what a frame costs, and the motion.
