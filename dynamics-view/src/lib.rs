@@ -27,6 +27,8 @@ mod svg;
 pub mod text;
 mod ticks;
 
+#[doc(hidden)]
+pub use animation::{PAINT_JS, SPACE_JS};
 pub use animation::{Animation, Film};
 pub use chart::{Axis, Chart, Mark, Panel, Scale, Series};
 pub use color::Color;

@@ -7,7 +7,7 @@ use core::fmt::Write;
 
 use super::clock::Clock;
 use super::encode::{Bounds, Grid, differences};
-use super::{Animation, Recording};
+use super::{Animation, PAINT_JS, Recording, SPACE_JS};
 use crate::color::Color;
 use crate::text::{fill, json, json_number, typeset, with_unit, xml};
 
@@ -29,6 +29,7 @@ impl Animation<'_> {
         let mut methods: Vec<_> = self.films.iter().map(|(film, _)| film.method()).collect();
         methods.dedup();
         let subtitle: Vec<_> = methods.iter().chain(&clock.notes).map(|part| xml(part)).collect();
+        let script = [PAINT_JS, include_str!("room.js"), include_str!("page.js")].concat();
         fill(
             include_str!("page.html"),
             &[
@@ -37,8 +38,8 @@ impl Animation<'_> {
                 ("subtitle", &subtitle.join(" · ")),
                 ("summary", &self.summaries()),
                 ("data", &self.data(clock, recordings)),
-                ("space", if is_spatial(recordings) { include_str!("space.js") } else { "" }),
-                ("script", concat!(include_str!("room.js"), include_str!("page.js"))),
+                ("space", if is_spatial(recordings) { SPACE_JS } else { "" }),
+                ("script", &script),
             ],
         )
     }

@@ -1,0 +1,46 @@
+//! The scripts of pages. They are sources to be read; pages get them without comments and indentation.
+
+/// What computes, in the order in which it has to be read. It knows nothing of pages.
+const MOTION: [&str; 8] = [
+    include_str!("motion/numbers.js"),
+    include_str!("motion/methods.js"),
+    include_str!("motion/linear.js"),
+    include_str!("motion/system.js"),
+    include_str!("motion/constraints.js"),
+    include_str!("motion/events.js"),
+    include_str!("motion/motion.js"),
+    include_str!("motion/drag.js"),
+];
+
+/// What computes, as one script. Public for the tests of the library alone.
+#[doc(hidden)]
+#[must_use]
+pub fn motion_script() -> String {
+    joined(&MOTION)
+}
+
+/// Scripts without comments and indentation.
+///
+/// Comments of these scripts stand on lines of their own, and no text of theirs contains such a line; the
+/// tests of the pages would show it.
+fn joined(scripts: &[&str]) -> String {
+    let mut out = String::new();
+    for line in scripts.iter().flat_map(|script| script.lines()).map(str::trim) {
+        if !(line.is_empty() || line.starts_with("//") || line.starts_with("/*") || line.starts_with("* ") || line == "*" || line == "*/") {
+            out.push_str(line);
+            out.push('\n');
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::joined;
+
+    #[test]
+    fn comments_and_indentation_go() {
+        let script = "// Head.\n/**\n * What.\n */\nfunction f() {\n  // Why.\n  return 1 / 2; // half\n}\n";
+        assert_eq!(joined(&[script]), "function f() {\nreturn 1 / 2; // half\n}\n");
+    }
+}
