@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use dynamics_runtime::model::{
     AssumptionKind, ConservedKind, ModelState, Portable, Quantity, SimulationModel, UnitDimension, Vector,
+    names,
 };
 use dynamics_view::text::{json, json_number};
 use dynamics_runtime::smooth::{Outside, Pieces};
@@ -35,9 +36,9 @@ pub(crate) fn data<M: SimulationModel + Portable>(live: &Live<'_, M>) -> String 
     });
     let entries: Vec<(&str, String)> = vec![
         ("name", json(M::NAME)),
-        ("title", json(&live.title.clone().unwrap_or_else(|| words(M::NAME)))),
+        ("title", json(&title(live))),
         ("about", json(M::DOCUMENTATION)),
-        ("time", json(time_unit::<M>())),
+        ("length_unit", json(names::length_unit::<M>())),
         ("coordinates", list(coordinates.collect())),
         ("inputs", list(inputs.collect())),
         ("parameters", list(parameters.collect())),
@@ -66,6 +67,11 @@ pub(crate) fn data<M: SimulationModel + Portable>(live: &Live<'_, M>) -> String 
     out
 }
 
+/// The title that was given, or the struct's name.
+pub(crate) fn title<M: SimulationModel + Portable>(live: &Live<'_, M>) -> String {
+    live.title.clone().unwrap_or_else(|| words(M::NAME))
+}
+
 /// `DoublePendulum` as `Double pendulum`.
 fn words(name: &str) -> String {
     let mut out = String::new();
@@ -87,12 +93,6 @@ fn named(quantity: &Quantity) -> String {
 fn plain(quantities: &[Quantity]) -> String {
     let items: Vec<_> = quantities.iter().map(|q| format!("{{{}}}", named(q))).collect();
     format!("[{}]", items.join(","))
-}
-
-/// The unit of time: seconds, unless the model has no units at all.
-fn time_unit<M: SimulationModel>() -> &'static str {
-    let all = [M::COORDINATES, M::INPUTS, M::PARAMETERS, M::OUTPUTS];
-    if all.into_iter().flatten().any(|q| !q.unit.is_empty()) { "s" } else { "" }
 }
 
 /// A parameter or an input, with its slider.
@@ -154,7 +154,7 @@ fn assumptions<M: SimulationModel>() -> String {
             _ => "other",
         };
         let of = assumption.of.join(", ");
-        format!("{{\"kind\":{},\"of\":{},\"constant\":{}}}", json(kind), json(&of), assumption.constant)
+        format!("{{\"kind\":{},\"text\":{},\"constant\":{}}}", json(kind), json(&of), assumption.constant)
     });
     format!("[{}]", items.collect::<Vec<_>>().join(","))
 }
