@@ -29,28 +29,30 @@ class System {
     this.no_l = new Float64Array(this.r);
     this.bound = {};
     for (const [name, program] of Object.entries(programs)) {
-      if (program && typeof program.run === "function") this.bound[name] = this.bind(program);
+      if (typeof program?.run === "function") this.bound[name] = this.bind(program, programs.bounds?.[name]);
     }
-    this.released = (programs.released ?? []).map(({ modes, accelerations, correction }) => ({
+    this.released = (programs.released ?? []).map(({ modes, accelerations, correction, bounds }) => ({
       modes,
-      accelerations: accelerations && this.bind(accelerations),
-      correction: correction && this.bind(correction),
+      accelerations: accelerations && this.bind(accelerations, bounds?.accelerations),
+      correction: correction && this.bind(correction, bounds?.correction),
     }));
     /** M comes from a kinetic energy: a negative pivot is negative inertia. */
-    this.kinetic = this.has("kinetic_energy");
+    this.kinetic = programs.model?.positive ?? this.has("kinetic_energy");
+    /** The coordinates of the pivots of M. */
+    this.pivots = programs.model?.pivots ?? model.pivots ?? [];
     this.row_mode = (model.rows ?? []).map((row) => row.switched ?? -1);
     this.switch_modes();
   }
 
   /** A program with its constants and a place for its results. */
-  bind(program) {
+  bind(program, bounds = null) {
     return {
       program,
       run: program.run,
       k: new Float64Array(program.constants ?? 0),
       out: new Float64Array(program.results),
       results: program.results,
-      bounds: program.bounds ?? null,
+      bounds,
     };
   }
 
@@ -148,7 +150,7 @@ class System {
   }
 
   name_pivot({ out }, at) {
-    const coordinate = this.model.pivots?.[(at - this.n) / 2] ?? 0,
+    const coordinate = this.pivots[(at - this.n) / 2] ?? 0,
       pivot = out[at];
     const negative = this.kinetic && pivot < -PIVOT_TOLERANCE * Math.abs(out[at + 1]);
     return { kind: "singular_mass_matrix", coordinate, pivot, negative };
