@@ -38,8 +38,8 @@ class Motion extends Stepper {
   }
 
   /**
-   * Takes new values of parameters and inputs into account. The motion goes on from where it is, put back onto
-   * its constraints. Returns null, or why the values are refused; the state is then as before.
+   * Takes new values of parameters and inputs into account. The motion goes on from where it is, put back
+   * onto its constraints. Returns null, or why the values are refused; the state is then as before.
    */
   refresh() {
     const { system } = this;
@@ -148,7 +148,9 @@ class Motion extends Stepper {
     );
   }
 
-  /** Released constraints of the velocities go to the side to which they slip, holonomic ones to the positive. */
+  /**
+   * Released constraints of the velocities go to the side to which they slip, holonomic ones to the positive.
+   */
   set_sides(t, q, u) {
     const { system } = this;
     for (let row = 0; row < system.r; row++) {
@@ -180,8 +182,8 @@ class Motion extends Stepper {
   // ---- steps
 
   /**
-   * One accepted step that does not pass `end`. Returns false where the motion cannot go on; `reason` then says
-   * why, and the motion stands at the last accepted state.
+   * One accepted step that does not pass `end`. Returns false where the motion cannot go on; `reason` then
+   * says why, and the motion stands at the last accepted state.
    */
   step(method, accuracy, end = Infinity) {
     if (this.ended || !this.started) return false;
@@ -196,8 +198,8 @@ class Motion extends Stepper {
   }
 
   /**
-   * Fails where the motion chatters on a jump of its accelerations, to which these lead back from both sides: a
-   * switching function that changes its sign in most of many steps in a row, under step control.
+   * Fails where the motion chatters on a jump of its accelerations, to which these lead back from both sides:
+   * a switching function that changes its sign in most of many steps in a row, under step control.
    */
   is_ahead() {
     const { system, plan } = this;
@@ -328,8 +330,8 @@ class Motion extends Stepper {
   }
 
   /**
-   * T, V and E at the present state, or at another one, into three numbers; T and V are NaN where the model has
-   * a Lagrangian of its own. E less `work` is constant on an exact motion.
+   * T, V and E at the present state, or at another one, into three numbers; T and V are NaN where the model
+   * has a Lagrangian of its own. E less `work` is constant on an exact motion.
    */
   energies(out, t = this.t, q = this.q, u = this.u) {
     const { system } = this,

@@ -1,8 +1,8 @@
 // Steps of a motion by a method.
 //
-// Steps are made as `dynamics-runtime/src/integrate/stepper.rs` makes them: an attempt gives the end of a step
-// and its error, the end is projected onto the constraints, q̈ is evaluated there, and the controller accepts
-// the step or makes it smaller. Fixed steps have the bits of the library where sine and cosine have.
+// Steps are made as `dynamics-runtime/src/integrate/stepper.rs` makes them: an attempt gives the end of a
+// step and its error, the end is projected onto the constraints, q̈ is evaluated there, and the controller
+// accepts the step or makes it smaller. Fixed steps have the bits of the library where sine and cosine have.
 
 /** Rejections in a row before a step is given up. */
 const MAX_REJECTIONS = 60;
@@ -423,8 +423,8 @@ class Stepper {
   }
 
   /**
-   * The disagreement of the stages of RK4 in permitted errors: the difference of the two middle stages, and that
-   * of their sum from the stages at the ends. Other methods of fixed steps have none.
+   * The disagreement of the stages of RK4 in permitted errors: the difference of the two middle stages, and
+   * that of their sum from the stages at the ends. Other methods of fixed steps have none.
    */
   stage_disagreement(h) {
     const { plan, n, next, stage } = this,
@@ -482,8 +482,9 @@ class Stepper {
   }
 
   /**
-   * The error that the projection of the end adds, 1 where it is just permitted. Near rank loss a move along the
-   * direction in which the start of the step would be projected is no error of the step; the rest of it is.
+   * The error that the projection of the end adds, 1 where it is just permitted. Near rank loss a move along
+   * the direction in which the start of the step would be projected is no error of the step; the rest of it
+   * is.
    */
   projection_error() {
     const { plan, system, next, n, q, u, t, moved } = this,
