@@ -26,6 +26,9 @@ impl<'a> Elaborator<'a> {
 
     /// `receiver.method(..)`.
     pub(super) fn method_call(&mut self, e: &'a ExprMethodCall, receiver: Value) -> Value {
+        if self.draws() {
+            return self.drawn_method(e, receiver);
+        }
         if matches!(receiver, Value::Coordinates) && (e.method == "reaction" || e.method == "slip") {
             return self.of_constraint(e);
         }
@@ -227,6 +230,11 @@ impl<'a> Elaborator<'a> {
 
     /// `path(..)`.
     pub(super) fn call(&mut self, e: &'a ExprCall) -> Value {
+        if self.draws()
+            && let Some(value) = self.drawn_call(e)
+        {
+            return value;
+        }
         let Expr::Path(path) = &*e.func else {
             return self.fail(Place::of(&e.func), &messages::call_of_value());
         };

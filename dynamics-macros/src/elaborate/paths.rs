@@ -68,6 +68,11 @@ fn sequence(name: &str) -> Option<[usize; 3]> {
 impl Elaborator<'_> {
     /// A path as a value.
     pub(super) fn path(&mut self, e: &ExprPath) -> Value {
+        if self.draws()
+            && let Some(value) = self.drawn_path(e)
+        {
+            return value;
+        }
         let segments: Vec<&Ident> = e.path.segments.iter().map(|s| &s.ident).collect();
         let place = Place::of(&e.path);
         match segments.as_slice() {

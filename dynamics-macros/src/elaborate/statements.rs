@@ -48,6 +48,9 @@ impl<'a> Elaborator<'a> {
                 }
                 Stmt::Macro(call) => self.macro_call(&call.mac),
             };
+            if self.draws() {
+                self.note_statement_not_followed(statement);
+            }
             if self.frame().flow.is_some() || self.exhausted || self.families.cut.is_some() {
                 return Value::Poison;
             }
@@ -168,6 +171,9 @@ impl<'a> Elaborator<'a> {
         };
         if matches!(old, Value::Accumulator(_)) {
             return self.misused_sum(&name, Place::of(place));
+        }
+        if self.frame().is_captured(&name.to_string()) {
+            return self.fail(Place::of(place), &messages::not_assignable(&name));
         }
         // A variable keeps its type.
         if steps.is_empty() {
