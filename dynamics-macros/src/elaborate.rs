@@ -73,6 +73,8 @@ struct Elaborator<'a> {
     declaration: &'a Declaration,
     implementation: &'a Implementation,
     library: &'a Library,
+    /// What the macros of drawings contain.
+    parsed: &'a drawing::Parsed,
     diagnostics: &'a mut Diagnostics,
     sums: Sums,
     /// What the functions with roles add up.
@@ -159,8 +161,10 @@ pub(crate) fn elaborate_families(
 ) -> ElaboratedFamilies {
     let families = Families { symbolic: true, ..Families::default() };
     let library = Library::needed_by(implementation.functions.iter().map(|f| f.item.block.to_token_stream()));
+    let parsed = drawing::Parsed::default();
+    let known = (&library, &parsed);
     let mut elaborator =
-        Elaborator::new(declaration, implementation, &library, Sums::Whole, families, diagnostics);
+        Elaborator::new(declaration, implementation, known, Sums::Whole, families, diagnostics);
     elaborator.declare();
     elaborator.roles();
     elaborator.check_integers();
@@ -198,7 +202,9 @@ fn elaborate_sums(
 ) -> Elaborated {
     let library = Library::needed_by(implementation.functions.iter().map(|f| f.item.block.to_token_stream()));
     let is_whole = sums == Sums::Whole && families.values.is_empty();
-    let mut elaborator = Elaborator::new(declaration, implementation, &library, sums, families, diagnostics);
+    let parsed = drawing::Parsed::default();
+    let known = (&library, &parsed);
+    let mut elaborator = Elaborator::new(declaration, implementation, known, sums, families, diagnostics);
     elaborator.declare();
     elaborator.check_speeds_are_defined();
     elaborator.roles();
@@ -235,7 +241,7 @@ impl<'a> Elaborator<'a> {
     fn new(
         declaration: &'a Declaration,
         implementation: &'a Implementation,
-        library: &'a Library,
+        (library, parsed): (&'a Library, &'a drawing::Parsed),
         sums: Sums,
         families: Families,
         diagnostics: &'a mut Diagnostics,
@@ -244,6 +250,7 @@ impl<'a> Elaborator<'a> {
             declaration,
             implementation,
             library,
+            parsed,
             diagnostics,
             sums,
             terms: Vec::new(),

@@ -12,14 +12,19 @@ mod choices;
 mod closures;
 mod figures;
 mod not_followed;
+mod parsed;
 mod points;
 mod sequences;
 mod smooth;
+mod words;
 
+use std::collections::BTreeMap;
 use std::mem;
+use std::rc::Rc;
 
 use dynamics_symbolic::graph::{NodeId, Symbol};
 use dynamics_symbolic::mechanics::{Extra, Figures, NotFollowed, Picture};
+use syn::Expr;
 
 use super::Elaborator;
 use super::values::{Scalar, Value};
@@ -28,12 +33,15 @@ use crate::syntax::{Function, Role};
 pub(super) use choices::Choice;
 use closures::Closure;
 pub(super) use figures::Canvas;
+pub(super) use parsed::Parsed;
 
 /// A picture that is being followed.
 #[derive(Default)]
 pub(super) struct Followed<'a> {
     /// Every closure that was made so far.
     closures: Vec<Closure<'a>>,
+    /// What is in the macros that were met so far, by where these are in memory.
+    macros: BTreeMap<*const syn::Macro, Rc<[&'a Expr]>>,
     /// Numbers beside the parameters.
     extras: Vec<Extra>,
     /// The first expression that is not followed.

@@ -153,6 +153,10 @@ impl<'a> Elaborator<'a> {
             }
             Expr::Continue(e) if e.label.is_none() => self.leave(Flow::Continue, e.continue_token.span),
             Expr::Closure(e) if self.draws() => self.closure_value(e),
+            Expr::Macro(e) if self.draws() => {
+                let value = self.drawn_macro(&e.mac);
+                value.unwrap_or_else(|| self.macro_call(&e.mac))
+            }
             other => self.unsupported(other),
         }
     }

@@ -164,7 +164,7 @@ impl<'a> Elaborator<'a> {
     }
 
     /// Writes to a variable, or to a part of one.
-    fn store(&mut self, place: &'a Expr, new: Value) -> Value {
+    pub(super) fn store(&mut self, place: &'a Expr, new: Value) -> Value {
         let Some((name, steps)) = self.steps_into(place) else { return Value::Poison };
         let Some(old) = self.frame().find(&name.to_string()).cloned() else {
             return self.unknown_variable(&name);

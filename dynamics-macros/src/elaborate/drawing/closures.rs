@@ -5,7 +5,7 @@
 
 use std::rc::Rc;
 
-use syn::{Expr, ExprCall, ExprClosure};
+use syn::{Expr, ExprCall, ExprClosure, ExprPath};
 
 use super::super::Elaborator;
 use super::super::scope::{Flow, Frame, Variable};
@@ -13,19 +13,28 @@ use super::super::values::Value;
 use crate::diagnostics::Place;
 use crate::messages;
 
-/// A closure as it was made.
+/// A closure as it was made, or a function by its path.
 #[derive(Clone)]
-pub(super) struct Closure<'a> {
-    written: &'a ExprClosure,
-    captured: Rc<Vec<Vec<Variable>>>,
+pub(super) enum Closure<'a> {
+    Written { closure: &'a ExprClosure, captured: Rc<Vec<Vec<Variable>>> },
+    Path(&'a ExprPath),
 }
 
 impl<'a> Elaborator<'a> {
     /// `|x| ..` as a value.
-    pub(in super::super) fn closure_value(&mut self, written: &'a ExprClosure) -> Value {
+    pub(in super::super) fn closure_value(&mut self, closure: &'a ExprClosure) -> Value {
         let captured = Rc::new(self.frame().scopes.clone());
+        self.new_closure(Closure::Written { closure, captured })
+    }
+
+    /// `Type::function` as a value.
+    pub(super) fn path_value(&mut self, path: &'a ExprPath) -> Value {
+        self.new_closure(Closure::Path(path))
+    }
+
+    fn new_closure(&mut self, closure: Closure<'a>) -> Value {
         let closures = &mut self.picture.get_or_insert_default().closures;
-        closures.push(Closure { written, captured });
+        closures.push(closure);
         Value::Closure(closures.len() - 1)
     }
 
@@ -43,7 +52,16 @@ impl<'a> Elaborator<'a> {
     /// The value of a closure for these arguments.
     pub(super) fn call_closure(&mut self, closure: usize, arguments: Vec<Value>, at: Place) -> Value {
         let known = self.picture.as_ref().and_then(|followed| followed.closures.get(closure)).cloned();
-        let Some(Closure { written, captured }) = known else { return Value::Poison };
+        let (written, captured) = match known {
+            Some(Closure::Written { closure, captured }) => (closure, captured),
+            Some(Closure::Path(path)) => {
+                let mut last = path.path.segments.iter().rev().map(|s| &s.ident);
+                let (Some(name), Some(ty)) = (last.next(), last.next()) else { return Value::Poison };
+                let arguments = arguments.into_iter().map(|argument| (argument, at)).collect();
+                return self.call_by_path(&ty.to_string(), name, arguments, at);
+            }
+            None => return Value::Poison,
+        };
         if written.inputs.len() != arguments.len() {
             let message = messages::argument_count("closure", written.inputs.len(), arguments.len());
             return self.fail(at, &message);

@@ -1,33 +1,29 @@
 //! The methods of `Drawing`.
 
+use std::mem;
 use std::rc::Rc;
 
 use dynamics_symbolic::graph::{NodeId, Number, Unary};
 use dynamics_symbolic::mechanics::{Extra, Figure, Point, Shape, Style};
-use syn::{Expr, ExprCall, ExprMethodCall, ExprPath, Ident};
+use syn::Ident;
 
 use super::super::Elaborator;
 use super::super::calls::Argument;
 use super::super::values::{Condition, Scalar, Value};
 use super::Choice;
-use crate::diagnostics::Place;
 use crate::messages;
 
-/// Most figures of a drawing.
-const MOST_FIGURES: usize = 10_000;
+/// Most figures of a drawing. Each one is painted in every frame of a page.
+const MOST_FIGURES: usize = 2_000;
+
+/// The methods that set the pen.
+const PEN_METHODS: &[&str] = &["color", "fill", "width", "dashed", "plain"];
 
 /// Coils of a spring that says nothing of them.
 const COILS: u32 = 9;
 
 /// Straight pieces of an arc in space.
 const PIECES_OF_ARC: usize = 48;
-
-/// Named colours; the page has them in lower case.
-const COLORS: &[&str] =
-    &["Auto", "Ink", "Faint", "Accent", "Blue", "Red", "Green", "Amber", "Purple", "Teal", "Brown", "Pink"];
-
-/// The colours that `Color::cycle` takes in turn.
-const CYCLE: [&str; 8] = ["blue", "red", "green", "amber", "purple", "teal", "brown", "pink"];
 
 /// A drawing: its figures so far, and its pen.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,136 +47,55 @@ impl Canvas {
 
 type Text = Rc<Choice<String>>;
 
-impl<'a> Elaborator<'a> {
-    /// `receiver.method(..)` where a drawing is followed.
-    pub(in super::super) fn drawn_method(&mut self, e: &'a ExprMethodCall, receiver: Value) -> Value {
-        let (name, at) = (&e.method, Place::from(e.method.span()));
-        let is_of_constraint = name == "reaction" || name == "slip";
-        if receiver.is_poison() {
-            return Value::Poison;
-        }
-        if matches!(receiver, Value::Coordinates) && is_of_constraint {
-            return self.of_constraint(e);
-        }
-        let arguments = self.arguments(&e.args);
-        if arguments.iter().any(|(argument, _)| argument.is_poison()) {
-            return Value::Poison;
-        }
-        let drawn = match &receiver {
-            Value::Drawing(_) if name == "clone" && arguments.is_empty() => return receiver,
-            Value::Drawing(canvas) => return self.figure_method(canvas, name, &arguments),
-            Value::Array(items) => self.drawn_sequence(items, true, name, &arguments),
-            Value::Sequence(items) => self.drawn_sequence(items, false, name, &arguments),
-            Value::Scalar(x) => self.drawn_scalar(x, name, &arguments),
-            Value::Function(f) => self.drawn_function(*f, name, &arguments),
-            Value::Vector(_) | Value::Matrix(_) if name == "value" && arguments.is_empty() => {
-                return receiver;
-            }
-            Value::Vector(_) if name == "rate" && arguments.is_empty() => {
-                return self.time_derivative(receiver, name);
-            }
-            Value::Text(_) if name == "to_string" && arguments.is_empty() => return receiver,
-            Value::Closure(_) if name == "clone" && arguments.is_empty() => return receiver,
-            Value::Closure(_) => return self.fail(at, &messages::closure_method(name)),
-            _ => None,
-        };
-        drawn.unwrap_or_else(|| self.method(receiver, name, arguments))
-    }
-
-    /// `path(..)` where a drawing is followed; `None` for what models have, too.
-    pub(in super::super) fn drawn_call(&mut self, e: &'a ExprCall) -> Option<Value> {
-        if let Some(value) = self.call_of_closure(e) {
-            return Some(value);
-        }
-        let Expr::Path(path) = &*e.func else { return None };
-        let names: Vec<String> = path.path.segments.iter().map(|s| s.ident.to_string()).collect();
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        let place = Place::of(&e.func);
-        match names.as_slice() {
-            [.., "Drawing", "new" | "default"] if e.args.is_empty() => Some(Value::Drawing(Rc::default())),
-            [.., "Color", "Rgb" | "cycle"] => {
-                let arguments = self.arguments(&e.args);
-                Some(self.color_of_numbers(names.last() == Some(&"cycle"), &arguments, place))
-            }
-            [.., "Point", "Planar" | "Spatial"] | [.., "String", "from"] if e.args.len() == 1 => {
-                Some(self.expression(&e.args[0]))
-            }
-            [.., "iter", "once"] | ["once"] if e.args.len() == 1 => {
-                let item = self.expression(&e.args[0]);
-                Some(Value::Sequence(Rc::new(vec![item])))
-            }
-            _ => None,
-        }
-    }
-
-    /// A path where a drawing is followed; `None` for what models have, too.
-    pub(in super::super) fn drawn_path(&mut self, e: &ExprPath) -> Option<Value> {
-        let mut last = e.path.segments.iter().rev().map(|s| &s.ident);
-        match (last.next(), last.next()) {
-            (Some(name), Some(ty)) if ty == "Color" && COLORS.iter().any(|known| name == known) => {
-                Some(Value::Color(Rc::new(Choice::Is(name.to_string().to_lowercase()))))
-            }
-            // Imported constants of std are asserted to be std's, but not where only a drawing reads them. A
-            // name of one letter is too likely to be the user's own.
-            (Some(name), None) if name == "E" && self.frame().find("E").is_none() => {
-                Some(self.fail(name.span(), &messages::foreign_constant(name)))
-            }
-            _ => None,
-        }
-    }
-
-    /// `Color::Rgb(r, g, b)` and `Color::cycle(k)`.
-    fn color_of_numbers(&mut self, cycle: bool, arguments: &[Argument], at: Place) -> Value {
-        let mut numbers = Vec::new();
-        for (value, _) in arguments {
-            match value {
-                Value::Integer(i) => numbers.push(i.value),
-                Value::Poison => return Value::Poison,
-                _ => {}
-            }
-        }
-        let name = match (cycle, numbers.as_slice()) {
-            (true, [k]) => CYCLE[k.rem_euclid(CYCLE.len() as i128) as usize].to_owned(),
-            (false, [r, g, b]) => format!("#{r:02x}{g:02x}{b:02x}"),
-            _ => return self.fail(at, &messages::foreign_function("Color", "")),
-        };
-        Value::Color(Rc::new(Choice::Is(name)))
-    }
-
+impl Elaborator<'_> {
     /// `drawing.method(..)`.
-    fn figure_method(&mut self, canvas: &Rc<Canvas>, name: &Ident, arguments: &[Argument]) -> Value {
-        if let Some(pen) = self.pen_method(canvas, name, arguments) {
-            return pen;
-        }
-        let made = self.made(canvas.clone(), name, arguments);
+    pub(super) fn figure_method(
+        &mut self,
+        canvas: Rc<Canvas>,
+        name: &Ident,
+        arguments: &[Argument],
+    ) -> Value {
+        self.steps += 1;
+        let made = if PEN_METHODS.iter().any(|known| name == known) {
+            self.with_pen(canvas, name, arguments)
+        } else {
+            self.made(canvas, name, arguments)
+        };
         match made {
-            Some(canvas) => self.bounded(Value::Drawing(canvas), name.span()),
+            Some(canvas) => Value::Drawing(canvas),
             None if self.diagnostics.raised() > 0 => Value::Poison,
             None => self.fail(name.span(), &messages::not_followed(name)),
         }
     }
 
-    /// The methods that set the pen.
-    fn pen_method(&mut self, canvas: &Rc<Canvas>, name: &Ident, arguments: &[Argument]) -> Option<Value> {
-        let color = |arguments: &[Argument]| match arguments {
-            [(Value::Color(color), _)] => Some(color.clone()),
-            _ => None,
-        };
+    /// The drawing with another pen.
+    fn with_pen(
+        &mut self,
+        mut canvas: Rc<Canvas>,
+        name: &Ident,
+        arguments: &[Argument],
+    ) -> Option<Rc<Canvas>> {
         let pen = &canvas.pen;
         let pen = match (name.to_string().as_str(), arguments) {
-            ("color", _) => pen.changed(&*color(arguments)?, &|style, color| style.color.clone_from(color)),
-            ("fill", _) => pen.changed(&*color(arguments)?, &|style, color| style.fill = Some(color.clone())),
+            ("color", [(Value::Color(color), _)]) => {
+                pen.changed(color, &|style, color| style.color.clone_from(color))
+            }
+            ("fill", [(Value::Color(color), _)]) => {
+                pen.changed(color, &|style, color| style.fill = Some(color.clone()))
+            }
             ("width", [(width, place)]) => {
                 let width = self.scalar(width.clone(), *place)?;
                 // Of a width that parameters decide nobody knows the number here.
                 let width = self.value_of(&width)?;
-                pen.changed(&Choice::Is(width), &|style, width| style.width = *width)
+                canvas.pen.changed(&Choice::Is(width), &|style, width| style.width = *width)
             }
             ("dashed", []) => pen.changed(&Choice::Is(true), &|style, dashed| style.dashed = *dashed),
             ("plain", []) => Some(Choice::Is(Style::default())),
-            _ => return None,
+            _ => None,
         };
-        Some(Value::Drawing(Rc::new(Canvas { shapes: canvas.shapes.clone(), pen: pen? })))
+        let pen = pen?;
+        Rc::make_mut(&mut canvas).pen = pen;
+        Some(canvas)
     }
 
     /// The drawing with one more figure; `None` where this is no figure, or a part of it has no value.
@@ -234,7 +149,7 @@ impl<'a> Elaborator<'a> {
             ("with", [(Value::Drawing(other), _)]) => {
                 let mut canvas = canvas;
                 Rc::make_mut(&mut canvas).shapes.extend_from_slice(&other.shapes);
-                return Some(canvas);
+                return (canvas.shapes.len() <= MOST_FIGURES).then_some(canvas);
             }
             _ => return None,
         };
@@ -256,11 +171,7 @@ impl<'a> Elaborator<'a> {
                 Rc::make_mut(&mut canvas).shapes.push(shape);
             }
         }
-        if canvas.shapes.len() <= MOST_FIGURES {
-            return Some(canvas);
-        }
-        self.exhausted = true;
-        None
+        (canvas.shapes.len() <= MOST_FIGURES).then_some(canvas)
     }
 
     /// The drawing with a figure for every case of a text.
@@ -445,12 +356,41 @@ impl<'a> Elaborator<'a> {
         Some(Figure::Cuboid { center, faces: [x, y, z] })
     }
 
+    /// `Drawing::of_points(&[(name, point), ..])`: a chain from the origin through the points, each with a dot
+    /// and a trace; `Drawing::of_places` without the chain.
+    pub(super) fn drawing_of(&mut self, chained: bool, points: &Argument) -> Option<Value> {
+        let Value::Array(items) = &points.0 else { return None };
+        let (mut names, mut places) = (Vec::new(), Vec::new());
+        for item in items.iter() {
+            let Value::Tuple(pair) = item else { return None };
+            let [Value::Text(name), place] = pair.as_slice() else { return None };
+            names.push(name.clone());
+            places.push(self.point(&(place.clone(), points.1))?);
+        }
+        let mut canvas: Rc<Canvas> = Rc::default();
+        for (name, at) in names.iter().zip(&places) {
+            let figure = |name: &str| Figure::Trace { name: name.into(), at: at.clone(), seconds: None };
+            canvas = self.with_text(canvas, name, &figure)?;
+        }
+        let mut figures = Vec::new();
+        if chained {
+            let origin = vec![self.model.graph.zero(); places.first()?.len()];
+            let points = [origin.clone()].into_iter().chain(places.iter().cloned()).collect();
+            figures.extend([Figure::Polyline { points, closed: false }, Figure::Pivot { at: origin }]);
+        }
+        figures.extend(places.into_iter().map(|center| Figure::Dot { center }));
+        for figure in figures {
+            canvas = self.with_figure(canvas, &Condition::Known(true), &figure)?;
+        }
+        Some(Value::Drawing(canvas))
+    }
+
     /// The axes of space with their names, in a pen of their own.
     fn axes(&mut self, canvas: Rc<Canvas>, length: &Argument) -> Option<Rc<Canvas>> {
         let (length, zero) = (self.length(length)?, self.model.graph.zero());
-        let pen = canvas.pen.clone();
         let faint = Style { color: "faint".to_owned(), width: 1.0, ..Style::default() };
-        let mut canvas = Rc::new(Canvas { shapes: canvas.shapes.clone(), pen: Choice::Is(faint) });
+        let mut canvas = canvas;
+        let pen = mem::replace(&mut Rc::make_mut(&mut canvas).pen, Choice::Is(faint));
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
             let mut to = vec![zero; 3];
             to[axis] = length;

@@ -87,7 +87,8 @@ impl<'a> Elaborator<'a> {
             ("chain", [(Value::Array(other) | Value::Sequence(other), _)]) => {
                 items.iter().chain(other.iter()).cloned().collect()
             }
-            ("cycle", []) => return None,
+            ("first", []) => return items.first().cloned(),
+            ("last", []) => return items.last().cloned(),
             ("windows", [(Value::Integer(n), _)]) if n.value > 0 => {
                 let n = usize::try_from(n.value).unwrap_or(usize::MAX);
                 items.windows(n).map(|window| Value::array(window.to_vec())).collect()
