@@ -225,7 +225,7 @@ impl Elaborator<'_> {
                 }
             }
         }
-        Some(Value::Drawing(Rc::new(Canvas { shapes, pen })))
+        (shapes.len() <= MOST_FIGURES).then(|| Value::Drawing(Rc::new(Canvas { shapes, pen })))
     }
 
     /// Shapes that are alike but for their numbers, pair by pair.

@@ -89,7 +89,9 @@ fn write(tokens: TokenStream, text: &mut String) {
                     '.' => (true, true, false),
                     ':' => (true, joint || text.ends_with(':'), false),
                     ',' | ';' | '?' => (true, false, punct.as_char() == '?'),
-                    '|' => (after_value, !after_value, after_value),
+                    '|' => (after_value, !after_value, false),
+                    // A macro.
+                    '!' if after_value && !joint => (true, true, true),
                     '-' | '*' | '&' | '!' if !after_value => (false, true, false),
                     _ => (false, joint, false),
                 }
@@ -100,6 +102,12 @@ fn write(tokens: TokenStream, text: &mut String) {
             text.push(' ');
         }
         match tree {
+            TokenTree::Group(group) if group.stream().is_empty() => text.push_str(match group.delimiter() {
+                Delimiter::Parenthesis => "()",
+                Delimiter::Bracket => "[]",
+                Delimiter::Brace => "{}",
+                Delimiter::None => "",
+            }),
             TokenTree::Group(group) => {
                 let (open, close) = match group.delimiter() {
                     Delimiter::Parenthesis => ("(", ")"),
@@ -129,6 +137,7 @@ mod tests {
             "|x| [x, self.f(x)?]",
             "std::iter::once(a)",
             "Some(!b)",
+            "a != vec![b, -c]",
         ] {
             assert_eq!(of_tokens(text.parse().expect("tokens")).expression, text);
         }
