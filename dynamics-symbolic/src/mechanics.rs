@@ -29,6 +29,7 @@ mod inverse;
 mod lagrange;
 mod limits;
 mod model;
+mod picture;
 mod released;
 mod solution;
 mod speeds;
@@ -49,4 +50,5 @@ pub use model::{
     AngleSet, Assumption, AssumptionKind, Body, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole,
     Event, Force, ForceTerm, FrameStep, Function, Input, Model, Output, Parameter, Speed,
 };
+pub use picture::{Extra, Figure, Figures, NamedPoint, NotFollowed, Picture, Point, Shape, Style};
 pub use solution::Manifold;
