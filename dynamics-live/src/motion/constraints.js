@@ -52,9 +52,12 @@ class Constraints {
     this.tolerance = RANK_TOLERANCE;
     /** Sensitivity of the projections so far: their corrections over the violations, the geometric mean. */
     this.mean_sensitivity = 0;
-    const rows = system.model.rows ?? [], flagged = rows.some((row) => row.redundant !== undefined);
+    const rows = system.model.rows ?? [],
+      flagged = rows.some((row) => row.redundant !== undefined);
     /** Rows may repeat each other: the model says so, or has no solution of its own for that reason. */
-    this.redundant = flagged ? rows.some((row) => row.redundant) : !system.has("accelerations") && !system.has("friction");
+    this.redundant = flagged
+      ? rows.some((row) => row.redundant)
+      : !system.has("accelerations") && !system.has("friction");
     this.has_positions = system.holonomic > 0;
     this.holds = (row) => system.holds(row);
     this.all_hold = () => true;
@@ -65,7 +68,8 @@ class Constraints {
 
   /** Evaluates the terms of the general solver; rows that have vanished become zero. */
   evaluate_terms(t, q, u) {
-    const { system } = this, { n, r } = system;
+    const { system } = this,
+      { n, r } = system;
     this.read_terms(t, q, u);
     this.usual_lengths.fill(0);
     let [least, most] = [Infinity, 1];
@@ -75,9 +79,10 @@ class Constraints {
     }
     if (!(least < SHORT_LENGTH_RATIO * most)) return;
     const here = Float64Array.from({ length: r }, (_, i) => norm(this.jacobian, i * n, (i + 1) * n));
-    const beside = q.map((x, i) => x + NEARBY_DISTANCE * (1 + Math.abs(x)) * (1 + 0.37 * i / n));
+    const beside = q.map((x, i) => x + NEARBY_DISTANCE * (1 + Math.abs(x)) * (1 + (0.37 * i) / n));
     this.read_terms(t + NEARBY_DISTANCE * (1 + Math.abs(t)), beside, u);
-    for (let i = 0; i < r; i++) this.usual_lengths[i] = norm(this.jacobian, i * n, (i + 1) * n) / NEARBY_DISTANCE;
+    for (let i = 0; i < r; i++)
+      this.usual_lengths[i] = norm(this.jacobian, i * n, (i + 1) * n) / NEARBY_DISTANCE;
     this.read_terms(t, q, u);
     for (let i = 0; i < r; i++) {
       if (here[i] <= VANISHED_LENGTH_RATIO * this.usual_lengths[i]) this.jacobian.fill(0, i * n, (i + 1) * n);
@@ -85,7 +90,8 @@ class Constraints {
   }
 
   read_terms(t, q, u) {
-    const { n, r } = this.system, out = this.system.value("terms", t, q, u);
+    const { n, r } = this.system,
+      out = this.system.value("terms", t, q, u);
     let at = 0;
     for (const part of [this.mass, this.force, this.jacobian, this.gamma]) {
       for (let i = 0; i < part.length; i++) part[i] = out[at + i];
@@ -99,7 +105,8 @@ class Constraints {
 
   /** |residual|/‖gradient‖ of a row, after `evaluate_terms`. */
   distance(row, residual) {
-    const { n } = this.system, length = norm(this.jacobian, row * n, (row + 1) * n);
+    const { n } = this.system,
+      length = norm(this.jacobian, row * n, (row + 1) * n);
     if (residual === 0) return 0;
     return Math.abs(residual) / (length === 0 ? VANISHED_ROW_LENGTH * this.usual_lengths[row] : length);
   }
@@ -111,9 +118,11 @@ class Constraints {
   factor(t, q, u, holds) {
     this.evaluate_terms(t, q, u);
     if (!all_finite(this.mass) || !all_finite(this.force)) return undefined;
-    const { system } = this, { r } = system;
+    const { system } = this,
+      { r } = system;
     for (let row = 0; row < r; row++) {
-      if (holds(row) && !Number.isFinite(this.gamma[row])) return system.fail({ kind: "constraint_not_finite", row });
+      if (holds(row) && !Number.isFinite(this.gamma[row]))
+        return system.fail({ kind: "constraint_not_finite", row });
     }
     this.tolerance = this.redundant ? this.redundancy_tolerance(t, q, u, holds) : RANK_TOLERANCE;
     const failure = this.factored.factor(this.mass, this.jacobian, holds, this.tolerance, this.usual_lengths);
@@ -131,8 +140,10 @@ class Constraints {
       }
       return most / (1 + max_abs(at));
     };
-    const distance = Math.max(largest(system.value("residual", t, q, u), q),
-      largest(system.value("velocity_residual", t, q, u), u));
+    const distance = Math.max(
+      largest(system.value("residual", t, q, u), q),
+      largest(system.value("velocity_residual", t, q, u), u),
+    );
     return Math.min(Math.max(REDUNDANT_ROW_CURVATURE * distance, RANK_TOLERANCE), MAX_REDUNDANCY_TOLERANCE);
   }
 
@@ -140,7 +151,8 @@ class Constraints {
 
   /** q̈ and λ at a state. */
   solve(t, q, u, a, l) {
-    const { system } = this, factored = this.factor(t, q, u, this.holds);
+    const { system } = this,
+      factored = this.factor(t, q, u, this.holds);
     if (factored === undefined) {
       a.fill(NaN);
       l.fill(NaN);
@@ -152,9 +164,12 @@ class Constraints {
 
   /** The same for given applied forces, with the equations factored. */
   solve_for(force, a, l) {
-    const { factored, system } = this, residual = factored.solve(force, this.gamma, a, l);
-    const size = residual.gamma_norm + factored.size_of_rows(this.gamma_terms)
-      + ROUNDING_PER_ACCELERATION * residual.acceleration_norm;
+    const { factored, system } = this,
+      residual = factored.solve(force, this.gamma, a, l);
+    const size =
+      residual.gamma_norm +
+      factored.size_of_rows(this.gamma_terms) +
+      ROUNDING_PER_ACCELERATION * residual.acceleration_norm;
     if (residual.norm <= Math.max(CONTRADICTION_TOLERANCE, 100 * this.tolerance) * size) return true;
     const { row, residual: missed } = residual;
     return system.fail({ kind: "contradiction", row, residual: missed, rank: factored.rows.rank });
@@ -166,10 +181,19 @@ class Constraints {
    * solution, and may have several.
    */
   solve_friction(t, q, u, a, l) {
-    const { system, factored } = this, { n, r } = system, unit = new Float64Array(n), none = new Float64Array(r);
+    const { system, factored } = this,
+      { n, r } = system,
+      unit = new Float64Array(n),
+      none = new Float64Array(r);
     const problem = {
-      t, q, u, unforced: new Float64Array(r), by_force: new Float64Array(r * n), read: [],
-      force: new Float64Array(n), by_multipliers: new Float64Array(n * r),
+      t,
+      q,
+      u,
+      unforced: new Float64Array(r),
+      by_force: new Float64Array(r * n),
+      read: [],
+      force: new Float64Array(n),
+      by_multipliers: new Float64Array(n * r),
     };
     factored.solve(unit, this.gamma, a, problem.unforced);
     for (let j = 0; j < n; j++) {
@@ -180,10 +204,14 @@ class Constraints {
     }
     this.evaluate_friction(problem, none);
     if (!all_finite(problem.force)) problem.force.set(this.force);
-    const frictionless = none.map((_, i) => problem.unforced[i] + dot(problem.by_force, i * n, problem.force, 0, n));
+    const frictionless = none.map(
+      (_, i) => problem.unforced[i] + dot(problem.by_force, i * n, problem.force, 0, n),
+    );
     for (const signs of [[1, 1], [-1, 1], [1, -1], [-1, -1], null]) {
-      const at = signs === null ? frictionless
-        : frictionless.map((x, i) => signs[0] * (1 + Math.abs(x)) * (i % 2 === 0 ? 1 : signs[1]));
+      const at =
+        signs === null
+          ? frictionless
+          : frictionless.map((x, i) => signs[0] * (1 + Math.abs(x)) * (i % 2 === 0 ? 1 : signs[1]));
       this.evaluate_friction(problem, at);
       this.add_read_rows(problem);
     }
@@ -203,14 +231,16 @@ class Constraints {
   }
 
   evaluate_friction({ t, q, u, force, by_multipliers }, l) {
-    const out = this.system.value("friction", t, q, u, undefined, l), { n, r } = this.system;
+    const out = this.system.value("friction", t, q, u, undefined, l),
+      { n, r } = this.system;
     for (let i = 0; i < n; i++) force[i] = out[i];
     for (let i = 0; i < n * r; i++) by_multipliers[i] = out[n + i];
   }
 
   /** Adds the rows with ∂Q/∂λ ≠ 0 in the last evaluation; returns whether there were new ones. */
   add_read_rows({ read, by_multipliers }) {
-    const { n, r } = this.system, before = read.length;
+    const { n, r } = this.system,
+      before = read.length;
     for (let row = 0; row < r; row++) {
       if (!this.holds(row) || read.includes(row)) continue;
       for (let j = 0; j < n; j++) {
@@ -229,17 +259,21 @@ class Constraints {
 
   /** The reactions that fulfil the equations with friction; `null` where there are none, or several. */
   find_reactions(problem, frictionless) {
-    const { system, factored } = this, { read } = problem, row = this.most_loaded(problem, frictionless);
+    const { system, factored } = this,
+      { read } = problem,
+      row = this.most_loaded(problem, frictionless);
     const undecided = read.find((own) => !factored.is_unique(own));
     if (undecided !== undefined) {
       system.fail({ kind: "reaction_not_unique", row: undecided });
       return null;
     }
-    const patterns = 1 << Math.min(read.length, MAX_EXHAUSTIVE_REACTIONS), largest = max_abs(frictionless);
+    const patterns = 1 << Math.min(read.length, MAX_EXHAUSTIVE_REACTIONS),
+      largest = max_abs(frictionless);
     const found = { first: null, negative: false, count: 0 };
     const record = (solution) => {
       if (solution === null) return;
-      const { l, negative } = solution, size = SAME_SOLUTION * Math.max(...read.map((i) => Math.abs(l[i])), 1e-300);
+      const { l, negative } = solution,
+        size = SAME_SOLUTION * Math.max(...read.map((i) => Math.abs(l[i])), 1e-300);
       if (found.first === null) Object.assign(found, { first: l, negative, count: 1 });
       else if (read.every((i) => Math.abs(l[i] - found.first[i]) <= size)) found.negative &&= negative;
       else found.count = 2;
@@ -267,7 +301,9 @@ class Constraints {
 
   /** λ₀ + S Q(λ) − λ of the rows that are read, and Newton's matrix; false where it is not finite. */
   friction_residual(problem, l, right, matrix) {
-    const { n, r } = this.system, { read, by_force, by_multipliers, unforced, force } = problem, k = read.length;
+    const { n, r } = this.system,
+      { read, by_force, by_multipliers, unforced, force } = problem,
+      k = read.length;
     this.evaluate_friction(problem, l);
     for (let i = 0; i < k; i++) {
       const influence = read[i] * n;
@@ -282,23 +318,34 @@ class Constraints {
   }
 
   newton_friction(problem, l) {
-    const { n } = this.system, { read, by_force, unforced, force } = problem, k = read.length;
-    const right = new Float64Array(k), matrix = new Float64Array(k * k), step = new Float64Array(k);
+    const { n } = this.system,
+      { read, by_force, unforced, force } = problem,
+      k = read.length;
+    const right = new Float64Array(k),
+      matrix = new Float64Array(k * k),
+      step = new Float64Array(k);
     for (let turn = 0; turn < MAX_NEWTON_STEPS; turn++) {
       if (!this.friction_residual(problem, l, right, matrix)) return null;
       const largest = Math.max(...read.map((row) => Math.abs(l[row])));
-      const rounding = REACTION_ROUNDING * Math.max(...read.map((row) => {
-        let terms = Math.abs(unforced[row]);
-        for (let j = 0; j < n; j++) terms += Math.abs(by_force[row * n + j] * force[j]);
-        return terms;
-      }));
-      const lu = factor_lu(matrix, k), residual = max_abs(right);
+      const rounding =
+        REACTION_ROUNDING *
+        Math.max(
+          ...read.map((row) => {
+            let terms = Math.abs(unforced[row]);
+            for (let j = 0; j < n; j++) terms += Math.abs(by_force[row * n + j] * force[j]);
+            return terms;
+          }),
+        );
+      const lu = factor_lu(matrix, k),
+        residual = max_abs(right);
       if (residual <= Math.max(rounding, 1e-13 * largest)) return { l, negative: lu.negative };
       if (!(lu.least > 1e-14)) return null;
       solve_lu(matrix, k, lu, right, step);
       for (let i = 0; i < k; i++) l[read[i]] += step[i];
-      if (max_abs(step) <= Math.max(rounding, 1e-15 * largest)
-        && residual <= SAME_SOLUTION * Math.max(rounding / REACTION_ROUNDING, largest)) {
+      if (
+        max_abs(step) <= Math.max(rounding, 1e-15 * largest) &&
+        residual <= SAME_SOLUTION * Math.max(rounding / REACTION_ROUNDING, largest)
+      ) {
         return { l, negative: lu.negative };
       }
     }
@@ -307,7 +354,10 @@ class Constraints {
 
   /** The limit of λ ← λ + ω (λ₀ + S Q(λ) − λ), near enough for Newton's method. */
   relax_friction(problem, l, relaxation) {
-    const { read } = problem, k = read.length, right = new Float64Array(k), matrix = new Float64Array(k * k);
+    const { read } = problem,
+      k = read.length,
+      right = new Float64Array(k),
+      matrix = new Float64Array(k * k);
     for (let turn = 0; turn < 100; turn++) {
       if (!this.friction_residual(problem, l, right, matrix)) return null;
       if (norm(right) <= 1e-6 * Math.max(...read.map((row) => Math.abs(l[row])))) return l;
@@ -320,7 +370,8 @@ class Constraints {
 
   /** δ of least M-norm with Φ_q δ = right, into `delta`; false where it does not exist. */
   correct(t, q, u, right, delta, positions) {
-    const { system } = this, { n, correction } = system;
+    const { system } = this,
+      { n, correction } = system;
     if (correction !== null) {
       const out = system.call(correction, t, q, u, undefined, right);
       if (system.is_admitted(correction, n)) {
@@ -329,7 +380,15 @@ class Constraints {
       }
     }
     this.by_general_solver = true;
-    return this.correct_rows(t, q, u, right, delta, this.impulses, positions ? this.position_rows : this.holds);
+    return this.correct_rows(
+      t,
+      q,
+      u,
+      right,
+      delta,
+      this.impulses,
+      positions ? this.position_rows : this.holds,
+    );
   }
 
   /** The same by the general solver, for the rows for which `holds(row)`, with the impulses. */
@@ -348,7 +407,8 @@ class Constraints {
 
   /** −Φ of the rows that hold, or −Φ̇, into `right`; its largest size, NaN where a row is not finite. */
   residual(t, q, u, positions) {
-    const { system, right } = this, { r } = system;
+    const { system, right } = this,
+      { r } = system;
     const values = system.value(positions ? "residual" : "velocity_residual", t, q, u);
     let largest = 0;
     for (let row = 0; row < r; row++) {
@@ -368,7 +428,8 @@ class Constraints {
     if (!this.has_positions) return true;
     const { delta } = this;
     this.by_general_solver = false;
-    let largest = this.residual(t, q, u, true), halvings = 0;
+    let largest = this.residual(t, q, u, true),
+      halvings = 0;
     for (let turn = 0; !(largest === 0); turn++) {
       if (largest !== largest) return false;
       if (turn === MAX_NEWTON_STEPS) {
@@ -388,7 +449,8 @@ class Constraints {
       if (largest / before >= 0.2 && largest / before < 0.3) halvings++;
       if (change === 0 && halvings >= 8) return this.vanishing_gradient(t, q, u);
       // Quadratic convergence predicts the next correction: rounding is not corrected.
-      if (change * (largest / before) <= 2 * Number.EPSILON || (change <= 1e-7 && largest >= 0.5 * before)) break;
+      if (change * (largest / before) <= 2 * Number.EPSILON || (change <= 1e-7 && largest >= 0.5 * before))
+        break;
     }
     return !this.by_general_solver || this.is_admissible(t, q, u, true);
   }
@@ -488,7 +550,9 @@ class Constraints {
 
   /** The part of a change of positions or velocities that the rows forbid, into `delta`. */
   inadmissible_part(t, q, u, change, delta, positions) {
-    const { system, right } = this, { n, r } = system, jacobian = system.value("jacobian", t, q, u);
+    const { system, right } = this,
+      { n, r } = system,
+      jacobian = system.value("jacobian", t, q, u);
     for (let row = 0; row < r; row++) {
       const applies = system.holds(row) && (!positions || row < system.holonomic);
       right[row] = applies ? dot(jacobian, row * n, change, 0, n) : 0;
@@ -518,8 +582,12 @@ class Constraints {
    * Rows that hold and are not hit keep holding. Returns false where no impulses fulfil the conditions.
    */
   impact(t, q, u, hits) {
-    const { system } = this, { n, r } = system, total = new Float64Array(r), after = u.slice();
-    const hit_of = new Int32Array(r).fill(-1), open = new Set();
+    const { system } = this,
+      { n, r } = system,
+      total = new Float64Array(r),
+      after = u.slice();
+    const hit_of = new Int32Array(r).fill(-1),
+      open = new Set();
     hits.forEach(({ row }, i) => (hit_of[row] = i));
     let restoring = false;
     const acts = (row) => {
@@ -529,17 +597,23 @@ class Constraints {
       return !open.has(hit) && !(restoring && side === 0 && restitution !== 0);
     };
     const compress = () => {
-      const before = system.value("velocity_residual", t, q, after).slice(), right = new Float64Array(r);
-      const delta = new Float64Array(n), impulses = new Float64Array(r), next = new Float64Array(n);
+      const before = system.value("velocity_residual", t, q, after).slice(),
+        right = new Float64Array(r);
+      const delta = new Float64Array(n),
+        impulses = new Float64Array(r),
+        next = new Float64Array(n);
       open.clear();
       hits.forEach(({ side, row }, i) => side !== 0 && side * before[row] >= 0 && open.add(i));
       for (let turn = 0; turn < MAX_SIDE_CHANGES; turn++) {
         for (let row = 0; row < r; row++) right[row] = acts(row) ? -before[row] : 0;
         if (!this.correct_rows(t, q, after, right, delta, impulses, acts)) return false;
         for (let i = 0; i < n; i++) next[i] = after[i] + delta[i];
-        const rates = system.value("velocity_residual", t, q, next), size = max_abs(rates) + max_abs(before);
-        const wrong = hits.findIndex(({ side, row }, i) => side !== 0
-          && (open.has(i) ? side * rates[row] < -1e-12 * size : side * impulses[row] < 0));
+        const rates = system.value("velocity_residual", t, q, next),
+          size = max_abs(rates) + max_abs(before);
+        const wrong = hits.findIndex(
+          ({ side, row }, i) =>
+            side !== 0 && (open.has(i) ? side * rates[row] < -1e-12 * size : side * impulses[row] < 0),
+        );
         if (wrong >= 0) {
           if (!open.delete(wrong)) open.add(wrong);
           continue;
@@ -553,14 +627,17 @@ class Constraints {
     if (!compress()) return false;
     if (hits.some(({ restitution }) => restitution !== 0)) {
       restoring = true;
-      const returned = new Float64Array(r), delta = new Float64Array(n), impulses = new Float64Array(r);
+      const returned = new Float64Array(r),
+        delta = new Float64Array(n),
+        impulses = new Float64Array(r);
       hits.forEach(({ row, restitution }) => (returned[row] = restitution * total[row]));
       const held = (row) => {
         const hit = hit_of[row];
         return hit < 0 ? system.holds(row) : hits[hit].side === 0 && hits[hit].restitution === 0;
       };
       const factored = this.factor(t, q, after, held);
-      if (!factored) return factored === undefined ? system.fail({ kind: "impact_undecided", row: hits[0].row }) : false;
+      if (!factored)
+        return factored === undefined ? system.fail({ kind: "impact_undecided", row: hits[0].row }) : false;
       this.force.fill(0);
       this.evaluate_jacobian_force(returned);
       this.factored.solve(this.force, new Float64Array(r), delta, impulses);

@@ -22,7 +22,8 @@ const MOST_EVENTS_KEPT = 10000;
 /** Times in a row that actions may happen at one instant. */
 const MAX_ACTIONS_AT_ONE_INSTANT = 16;
 /** Rest speed of a contact, in parts of its fastest hit; the same where it is hit again before it opened. */
-const REST_SPEED = 1e-3, HIDDEN_HOP_REST_SPEED = 0.1;
+const REST_SPEED = 1e-3,
+  HIDDEN_HOP_REST_SPEED = 0.1;
 /** Gap below which an open contact takes part in an impact, in parts of 1 + |q|. */
 const TOUCHING_GAP = 1e-11;
 /** Rate of a row after an impact that is zero up to rounding, in parts of the largest speed in it. */
@@ -30,24 +31,39 @@ const AT_REST_RATE = 1e-10;
 /** Values up to this part of the largest one in the step are zero at a state that an action left. */
 const AT_ZERO = 1e-13;
 /** First part of a step at which a function is looked at that leaves zero; the last one. */
-const FIRST_THETA = 1 / 35184372088832, LAST_THETA = 0.125;
+const FIRST_THETA = 1 / 35184372088832,
+  LAST_THETA = 0.125;
 
 class EventLocator {
   constructor(motion) {
     const { model, system } = motion;
     this.motion = motion;
-    this.model_events = system.programs.events?.results ?? 0;
-    const named = model.events ?? [], rows = model.rows ?? [];
+    // The program may have more results: pivots of the accelerations that events read.
+    const named = system.has("events") ? (model.events ?? []) : [],
+      rows = model.rows ?? [];
+    this.model_events = named.length;
     this.stops = new Map((model.stops ?? []).map((stop) => [stop.event ?? stop, stop.direction ?? 0]));
-    this.names = Array.from({ length: this.model_events }, (_, i) => named[i]?.name ?? `event ${i}`);
-    this.model_events = this.names.length;
-    const unilateral = (kind) => ({ row, event, restitution, rest_speed }) => ({
-      kind, row, event, mode: system.row_mode[row], restitution: restitution ?? 0, rest_speed: rest_speed ?? null,
-      fastest_hit: 0, last_side: 1, lifted_at: NaN, grazes_until: -Infinity,
-    });
-    this.unilaterals = [...(model.contacts ?? []).map(unilateral("contact")),
-      ...(model.stick_slip ?? []).map(unilateral("slip"))];
-    for (const { row, kind } of this.unilaterals) this.names.push(`${rows[row]?.name ?? `row ${row}`} ${kind}`);
+    this.names = named.map(({ name }) => name);
+    const unilateral =
+      (kind) =>
+      ({ row, event, restitution, rest_speed }) => ({
+        kind,
+        row,
+        event,
+        mode: system.row_mode[row],
+        restitution: restitution ?? 0,
+        rest_speed: rest_speed ?? null,
+        fastest_hit: 0,
+        last_side: 1,
+        lifted_at: NaN,
+        grazes_until: -Infinity,
+      });
+    this.unilaterals = [
+      ...(model.contacts ?? []).map(unilateral("contact")),
+      ...(model.stick_slip ?? []).map(unilateral("slip")),
+    ];
+    for (const { row, kind } of this.unilaterals)
+      this.names.push(`${rows[row]?.name ?? `row ${row}`} ${kind}`);
     this.count = this.names.length;
     this.values = new Float64Array(this.count);
     /** The signs of the functions; 0 where one is zero and has to be seen to leave it. */
@@ -76,7 +92,9 @@ class EventLocator {
         value = this.is_held(one) ? l[row] : system.value("residual", t, q, u)[row];
         if (this.is_held(one) && t <= one.grazes_until) value = Math.abs(value) + Number.MIN_VALUE;
       } else {
-        value = this.is_held(one) ? own[event] : system.value("velocity_residual", t, q, u)[row] * this.motion.m[mode];
+        value = this.is_held(one)
+          ? own[event]
+          : system.value("velocity_residual", t, q, u)[row] * this.motion.m[mode];
       }
       values[this.model_events + k] = value;
     });
@@ -91,13 +109,16 @@ class EventLocator {
 
   /** The same at a part of the last step. */
   evaluate_within(theta, values) {
-    const { motion } = this, { n } = motion;
+    const { motion } = this,
+      { n } = motion;
     if (theta >= 1) return this.evaluate_here(values);
     const { from } = motion;
     if (theta <= 0) return this.evaluate(from.t, from.q, from.u, from.a, from.l, values);
     const t = motion.t0 + theta * (motion.t - motion.t0);
     motion.at(t, this.out);
-    const q = this.out.subarray(0, n), u = this.out.subarray(n), [a, l] = motion.solve_at(t, q, u);
+    const q = this.out.subarray(0, n),
+      u = this.out.subarray(n),
+      [a, l] = motion.solve_at(t, q, u);
     return this.evaluate(t, q, u, a, l, values);
   }
 
@@ -107,7 +128,8 @@ class EventLocator {
     for (const one of this.unilaterals) {
       if (one.kind !== "contact" || this.is_held(one)) continue;
       const residual = system.value("residual", t, q, u)[one.row];
-      if (residual < -CONSISTENT * (1 + max_abs(q))) return system.fail({ kind: "penetration", row: one.row, residual });
+      if (residual < -CONSISTENT * (1 + max_abs(q)))
+        return system.fail({ kind: "penetration", row: one.row, residual });
     }
     return true;
   }
@@ -115,7 +137,8 @@ class EventLocator {
   /** The motion starts at the present state. */
   start() {
     if (this.count === 0) return;
-    for (const one of this.unilaterals) [one.fastest_hit, one.lifted_at, one.grazes_until] = [0, NaN, -Infinity];
+    for (const one of this.unilaterals)
+      [one.fastest_hit, one.lifted_at, one.grazes_until] = [0, NaN, -Infinity];
     this.times.length = 0;
     [this.at_one_instant, this.last_action] = [0, NaN];
     this.motion.jumped = null;
@@ -126,7 +149,9 @@ class EventLocator {
       // A closed contact that would pull, and an open one at zero up to rounding, decide in the first step.
       if (this.values[i] < 0) this.signs[i] = 0;
     });
-    this.pending = this.unilaterals.some((one, k) => this.is_held(one) && this.values[this.model_events + k] < 0);
+    this.pending = this.unilaterals.some(
+      (one, k) => this.is_held(one) && this.values[this.model_events + k] < 0,
+    );
   }
 
   // ---- crossings of a step
@@ -146,18 +171,25 @@ class EventLocator {
     if (found === null) return false;
     const acting = found.findIndex((crossing) => this.acts(crossing));
     if (acting < 0) {
-      found.forEach((crossing) => this.record(crossing.index, this.time_of(crossing.theta), crossing.direction, "event"));
+      found.forEach((crossing) =>
+        this.record(crossing.index, this.time_of(crossing.theta), crossing.direction, "event"),
+      );
       this.signs.set(this.signs_at_end);
       return this.is_rate_permitted();
     }
-    const first = found[acting], from = motion.t0, h = motion.t - motion.t0, passive = found.slice(0, acting);
+    const first = found[acting],
+      from = motion.t0,
+      h = motion.t - motion.t0,
+      passive = found.slice(0, acting);
     const theta = this.end_at(first);
     if (theta === null) return false;
     for (const crossing of passive) {
       this.record(crossing.index, Math.min(from + crossing.theta * h, motion.t), crossing.direction, "event");
     }
     // Everything that crosses at this instant acts together.
-    const together = found.filter((crossing) => this.acts(crossing) && Math.abs(crossing.theta - first.theta) <= 1e-9);
+    const together = found.filter(
+      (crossing) => this.acts(crossing) && Math.abs(crossing.theta - first.theta) <= 1e-9,
+    );
     return this.act(together);
   }
 
@@ -173,16 +205,19 @@ class EventLocator {
 
   /** The crossings of the last step up to the first one that acts, in order; null where a function is NaN. */
   scan() {
-    const { motion, count } = this, { panels } = motion.plan.method;
+    const { motion, count } = this,
+      { panels } = motion.plan.method;
     const thetas = Array.from({ length: panels + 1 }, (_, part) => sample_position(part, panels));
     const samples = thetas.map((theta) => this.evaluate_within(theta, new Float64Array(count)));
-    const scratch = new Float64Array(count), found = [];
+    const scratch = new Float64Array(count),
+      found = [];
     this.signs_at_end = this.signs.slice();
     this.sizes = new Float64Array(count);
     for (let i = 0; i < count; i++) {
       for (const values of samples) this.sizes[i] = Math.max(this.sizes[i], Math.abs(values[i]));
       const g = (theta) => this.evaluate_within(theta, scratch)[i];
-      let column = thetas.map((theta, k) => [theta, samples[k][i]]), sign = this.signs[i];
+      let column = thetas.map((theta, k) => [theta, samples[k][i]]),
+        sign = this.signs[i];
       if (column.some(([, value]) => Number.isNaN(value))) {
         motion.system.fail({ kind: "event_not_a_number", name: this.names[i] });
         return null;
@@ -191,9 +226,11 @@ class EventLocator {
         const start = this.departure(i, column[0][1], g);
         if (start.crossing) found.push({ index: i, theta: 0, direction: -1 });
         sign = start.sign;
-        if (start.theta > 0) column = [[start.theta, start.value], ...column.filter(([theta]) => theta > start.theta)];
+        if (start.theta > 0)
+          column = [[start.theta, start.value], ...column.filter(([theta]) => theta > start.theta)];
       }
-      for (const [theta, direction] of follow(refined(column, g), sign, g)) found.push({ index: i, theta, direction });
+      for (const [theta, direction] of follow(refined(column, g), sign, g))
+        found.push({ index: i, theta, direction });
       this.signs_at_end[i] = sign_of(column[column.length - 1][1]) || sign;
     }
     found.sort((a, b) => a.theta - b.theta);
@@ -202,11 +239,17 @@ class EventLocator {
 
   /** How a function leaves zero at the start of a step. */
   departure(index, start, g) {
-    const unilateral = index >= this.model_events, noise = EVENT_ROUNDING * (1 + Math.abs(start));
+    const unilateral = index >= this.model_events,
+      noise = EVENT_ROUNDING * (1 + Math.abs(start));
     const found = departure_from_zero(start, noise, g);
     if (found.kind === "seen") {
       const crossing = unilateral && found.value < 0;
-      return { crossing, sign: crossing ? 0 : Math.sign(found.value), theta: found.theta, value: found.value };
+      return {
+        crossing,
+        sign: crossing ? 0 : Math.sign(found.value),
+        theta: found.theta,
+        value: found.value,
+      };
     }
     if (unilateral && found.kind === "hidden") return { crossing: found.sign > 0, sign: 0, theta: 0 };
     // It does not leave zero regularly: an open contact falls where it is seen below zero.
@@ -218,10 +261,17 @@ class EventLocator {
    * at its start; null where it fails.
    */
   end_at({ index, theta }) {
-    const { motion } = this, from = motion.t0, h = motion.t - from, values = new Float64Array(this.count);
+    const { motion } = this,
+      from = motion.t0,
+      h = motion.t - from,
+      values = new Float64Array(this.count);
     const g = (x) => this.evaluate_within(x, values)[index];
-    const near = Math.max(theta - 1e-4, 0), far = Math.min(theta + 1e-4, 1);
-    let slope = (g(far) - g(near)) / (far - near), best = null, last = null, current = 1;
+    const near = Math.max(theta - 1e-4, 0),
+      far = Math.min(theta + 1e-4, 1);
+    let slope = (g(far) - g(near)) / (far - near),
+      best = null,
+      last = null,
+      current = 1;
     motion.undo();
     if (theta <= 0 || from + theta * h === from) return 0;
     for (let trial = 0; trial < 4; trial++) {
@@ -251,41 +301,54 @@ class EventLocator {
 
   /** Applies the actions of crossings at the present state, and goes on from the state that they leave. */
   act(crossings) {
-    const { motion } = this, { system } = motion, energy = new Float64Array(3);
+    const { motion } = this,
+      { system } = motion,
+      energy = new Float64Array(3);
     if (motion.t === this.last_action) this.at_one_instant++;
     else [this.at_one_instant, this.last_action] = [0, motion.t];
     const stop = crossings.find(({ index }) => index < this.model_events);
-    const before = motion.energies(energy)[2], jumped = this.copy_end(), fired = new Set();
+    const before = motion.energies(energy)[2],
+      jumped = this.copy_end(),
+      fired = new Set();
     const values = this.evaluate_here(new Float64Array(this.count));
     const modes = motion.m.slice();
-    if (this.at_one_instant >= MAX_ACTIONS_AT_ONE_INSTANT) return this.repeats(crossings[0]?.index ?? this.model_events);
+    if (this.at_one_instant >= MAX_ACTIONS_AT_ONE_INSTANT)
+      return this.repeats(crossings[0]?.index ?? this.model_events);
     for (const { index, direction } of crossings) {
       fired.add(index);
       if (index < this.model_events) this.record(index, motion.t, direction, "stop");
-      else if (!this.switch(index, motion.m[this.unilateral(index).mode] !== modes[this.unilateral(index).mode])) return false;
+      else if (
+        !this.switch(index, motion.m[this.unilateral(index).mode] !== modes[this.unilateral(index).mode])
+      )
+        return false;
     }
     // Constraints that cannot stay as they are switch, too: contacts that would pull, sticking that breaks away.
     const most = 2 * this.unilaterals.length;
     for (let turn = 0; this.unilaterals.length > 0; turn++) {
       if (!this.settle()) return false;
       this.evaluate_here(values);
-      const untenable = this.unilaterals.findIndex((one, k) => this.is_held(one) && values[this.model_events + k] < 0
-        && !(Math.abs(values[this.model_events + k]) <= AT_ZERO * (this.sizes?.[this.model_events + k] ?? 0)));
+      const untenable = this.unilaterals.findIndex(
+        (one, k) =>
+          this.is_held(one) &&
+          values[this.model_events + k] < 0 &&
+          !(Math.abs(values[this.model_events + k]) <= AT_ZERO * (this.sizes?.[this.model_events + k] ?? 0)),
+      );
       if (untenable < 0) break;
       if (turn >= most) return this.repeats(this.model_events + untenable);
       fired.add(this.model_events + untenable);
       if (!this.switch(this.model_events + untenable, false)) return false;
     }
     motion.jumped = jumped;
-    motion.work += (motion.energies(energy)[2] - before) || 0;
+    motion.work += motion.energies(energy)[2] - before || 0;
     if (motion.plan !== null) {
       [motion.plan.origin, motion.plan.count] = [motion.t, 0];
       motion.plan.controller?.restart();
     }
     this.evaluate_here(values);
     for (let i = 0; i < this.count; i++) {
-      const switched = i >= this.model_events && (fired.has(i)
-        || motion.m[this.unilateral(i).mode] !== modes[this.unilateral(i).mode]);
+      const switched =
+        i >= this.model_events &&
+        (fired.has(i) || motion.m[this.unilateral(i).mode] !== modes[this.unilateral(i).mode]);
       const at_zero = Math.abs(values[i]) <= AT_ZERO * (this.sizes?.[i] ?? 0);
       if (switched && (this.is_open_gap(i) || at_zero)) this.signs[i] = 0;
       else if (fired.has(i) || at_zero) this.signs[i] = 0;
@@ -320,7 +383,8 @@ class EventLocator {
 
   /** Makes the present state consistent with the constraints that hold, and evaluates it. */
   settle() {
-    const { motion } = this, { system, t, q, u } = motion;
+    const { motion } = this,
+      { system, t, q, u } = motion;
     system.switch_modes();
     if (motion.r > 0 && !system.constraints.project(t, q, u)) return false;
     return system.accelerate(t, q, u, motion.a, motion.l);
@@ -328,7 +392,9 @@ class EventLocator {
 
   /** Switches a unilateral constraint whose function has fallen to zero. */
   switch(index, already) {
-    const one = this.unilateral(index), { motion } = this, { m, t } = motion;
+    const one = this.unilateral(index),
+      { motion } = this,
+      { m, t } = motion;
     if (already) return true;
     if (one.kind === "slip") {
       if (!this.is_held(one)) {
@@ -368,24 +434,39 @@ class EventLocator {
 
   /** An impact on a contact and on all others that touch: each rebounds or holds. */
   close(index, struck) {
-    const { motion } = this, { system, m, t, q, u } = motion, { constraints } = system;
+    const { motion } = this,
+      { system, m, t, q, u } = motion,
+      { constraints } = system;
     system.switch_modes();
     if (!constraints.project_velocities(t, q, u)) return false;
-    const gaps = system.value("residual", t, q, u).slice(), rates = system.value("velocity_residual", t, q, u).slice();
+    const gaps = system.value("residual", t, q, u).slice(),
+      rates = system.value("velocity_residual", t, q, u).slice();
     const limit = (one, part) => one.rest_speed ?? part * one.fastest_hit;
-    const hits = this.unilaterals.filter((one) => one.kind === "contact" && (one === struck || this.is_held(one)
-      || gaps[one.row] <= 0 || gaps[one.row] <= TOUCHING_GAP * (1 + max_abs(q))));
+    const hits = this.unilaterals.filter(
+      (one) =>
+        one.kind === "contact" &&
+        (one === struck ||
+          this.is_held(one) ||
+          gaps[one.row] <= 0 ||
+          gaps[one.row] <= TOUCHING_GAP * (1 + max_abs(q))),
+    );
     const held_before = hits.map((one) => this.is_held(one));
     const returning = rates[struck.row] > 0 && rates[struck.row] <= limit(struck, HIDDEN_HOP_REST_SPEED);
     if (rates[struck.row] > 0 && !returning) return true;
     const es = hits.map((one, i) => (held_before[i] ? 0 : this.restitution(one, rates[one.row])));
-    const at_rest = returning
-      || hits.every((one, i) => held_before[i] || Math.abs(rates[one.row]) <= limit(one, REST_SPEED));
+    const at_rest =
+      returning ||
+      hits.every((one, i) => held_before[i] || Math.abs(rates[one.row]) <= limit(one, REST_SPEED));
     for (const one of hits) m[one.mode] = at_rest ? 0 : 1;
     const before = u.slice();
-    const list = hits.map((one, i) => ({ row: one.row, restitution: at_rest ? 0 : es[i], side: at_rest ? 0 : 1 }));
+    const list = hits.map((one, i) => ({
+      row: one.row,
+      restitution: at_rest ? 0 : es[i],
+      side: at_rest ? 0 : 1,
+    }));
     if (!constraints.impact(t, q, u, list)) return false;
-    const after = system.value("velocity_residual", t, q, u).slice(), jacobian = system.value("jacobian", t, q, u);
+    const after = system.value("velocity_residual", t, q, u).slice(),
+      jacobian = system.value("jacobian", t, q, u);
     const fastest = Math.max(...hits.map((one) => Math.abs(rates[one.row])));
     for (const one of hits) {
       let largest = fastest;
@@ -434,13 +515,20 @@ function sample_position(part, parts) {
 function refined(column, g) {
   const out = [column[0]];
   for (let k = 1; k < column.length; k++) {
-    const a = column[Math.max(k - 2, 0)], b = column[k - 1], c = column[k];
+    const a = column[Math.max(k - 2, 0)],
+      b = column[k - 1],
+      c = column[k];
     const d = column[Math.min(k + 1, column.length - 1)];
     let best = null;
-    for (const [x, y, z] of [[a, b, c], [b, c, d]]) {
+    for (const [x, y, z] of [
+      [a, b, c],
+      [b, c, d],
+    ]) {
       if (x[0] === y[0] || y[0] === z[0] || sign_of(b[1]) !== sign_of(c[1])) continue;
-      const first = (y[1] - x[1]) / (y[0] - x[0]), second = (z[1] - y[1]) / (z[0] - y[0]);
-      const bend = (second - first) / (z[0] - x[0]), vertex = 0.5 * (x[0] + y[0]) - 0.5 * first / bend;
+      const first = (y[1] - x[1]) / (y[0] - x[0]),
+        second = (z[1] - y[1]) / (z[0] - y[0]);
+      const bend = (second - first) / (z[0] - x[0]),
+        vertex = 0.5 * (x[0] + y[0]) - (0.5 * first) / bend;
       // A minimum of |g| inside of this part that comes near zero.
       if (!(vertex > b[0] && vertex < c[0]) || bend * b[1] <= 0) continue;
       const value = x[1] + first * (vertex - x[0]) + bend * (vertex - x[0]) * (vertex - y[0]);
@@ -449,8 +537,10 @@ function refined(column, g) {
     if (best !== null) {
       let middle = [best, g(best)];
       if (middle[1] * b[1] > 0) {
-        const first = (middle[1] - b[1]) / (middle[0] - b[0]), second = (c[1] - middle[1]) / (c[0] - middle[0]);
-        const bend = (second - first) / (c[0] - b[0]), again = 0.5 * (b[0] + middle[0]) - 0.5 * first / bend;
+        const first = (middle[1] - b[1]) / (middle[0] - b[0]),
+          second = (c[1] - middle[1]) / (c[0] - middle[0]);
+        const bend = (second - first) / (c[0] - b[0]),
+          again = 0.5 * (b[0] + middle[0]) - (0.5 * first) / bend;
         if (again > b[0] && again < c[0]) middle = [again, g(again)];
       }
       out.push(middle);
@@ -464,7 +554,8 @@ function refined(column, g) {
 function follow(column, sign, g) {
   const found = [];
   for (let k = 1; k < column.length; k++) {
-    const to = column[k], now = sign_of(to[1]);
+    const to = column[k],
+      now = sign_of(to[1]);
     if (now === 0 || now === sign) continue;
     if (sign !== 0) {
       const from = column[k - 1];
@@ -478,7 +569,7 @@ function follow(column, sign, g) {
 /** A root between two points of different signs by the Illinois method; the end beyond the crossing. */
 function illinois(g, [a, ga], [b, gb]) {
   for (let turn = 0; turn < 100 && b - a > CROSSING_RESOLUTION; turn++) {
-    let x = b - gb * (b - a) / (gb - ga);
+    let x = b - (gb * (b - a)) / (gb - ga);
     // Every third step halves the interval, so that it ends even where the function jumps.
     if (!(x > a && x < b) || turn % 3 === 2) x = 0.5 * (a + b);
     if (x === a || x === b) break;
@@ -502,10 +593,14 @@ function illinois(g, [a, ga], [b, gb]) {
 function departure_from_zero(start, noise, g) {
   let last = [0, 0];
   for (let theta = FIRST_THETA; theta <= LAST_THETA;) {
-    const value = g(theta), change = value - start, first = last[1] / last[0], second = change / last[1];
+    const value = g(theta),
+      change = value - start,
+      first = last[1] / last[0],
+      second = change / last[1];
     last = [last[1], change];
     const regular = (x) => x >= 1.6 && x < 2.4;
-    const slope = regular(first) && regular(second), tangent = first > 3 && second > 3 && Number.isFinite(first);
+    const slope = regular(first) && regular(second),
+      tangent = first > 3 && second > 3 && Number.isFinite(first);
     theta *= 2;
     if (!(slope || tangent) || Math.abs(change) <= noise) continue;
     const sign = Math.sign(change);

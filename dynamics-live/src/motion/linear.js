@@ -55,9 +55,12 @@ function all_finite(x) {
 /** Turns x[from..to] into (β, v₂, …) with H x = β e₁, H = I − τ v vᵀ, v₁ = 1; returns τ. */
 function reflector(x, from, to) {
   if (from >= to) return 0;
-  const first = x[from], tail = norm(x, from + 1, to);
+  const first = x[from],
+    tail = norm(x, from + 1, to);
   if (tail === 0) return 0;
-  const size = Math.hypot(first, tail), beta = first < 0 ? size : -size, scale = 1 / (first - beta);
+  const size = Math.hypot(first, tail),
+    beta = first < 0 ? size : -size,
+    scale = 1 / (first - beta);
   for (let i = from + 1; i < to; i++) x[i] *= scale;
   x[from] = beta;
   return (beta - first) / beta;
@@ -104,7 +107,8 @@ class Orthogonal {
     let first = 0;
     while (this.rank < Math.min(r, n)) {
       const k = this.rank;
-      let row = k, size = 0;
+      let row = k,
+        size = 0;
       for (let i = k; i < r; i++) {
         const length = norm(a, i * n + k, (i + 1) * n);
         if (length > size) [row, size] = [i, length];
@@ -147,12 +151,14 @@ class Orthogonal {
   rotate_symmetric(m, w) {
     const { a, n, tau, rank } = this;
     for (let j = 0; j < rank; j++) {
-      const v = j * n + j, count = n - j;
+      const v = j * n + j,
+        count = n - j;
       for (let i = 0; i < n; i++) reflect(a, v, tau[j], m, i * n + j, count);
       for (let l = 0; l < n; l++) w[l] = m[j * n + l];
       for (let i = 1; i < count; i++) for (let l = 0; l < n; l++) w[l] += a[v + i] * m[(j + i) * n + l];
       for (let l = 0; l < n; l++) m[j * n + l] -= tau[j] * w[l];
-      for (let i = 1; i < count; i++) for (let l = 0; l < n; l++) m[(j + i) * n + l] -= tau[j] * a[v + i] * w[l];
+      for (let i = 1; i < count; i++)
+        for (let l = 0; l < n; l++) m[(j + i) * n + l] -= tau[j] * a[v + i] * w[l];
     }
   }
 
@@ -233,7 +239,9 @@ class FactoredSystem {
    * Returns null, or why it cannot be done.
    */
   factor(mass, jacobian, holds, tolerance, usual_lengths) {
-    const { n, r, active, scale, weight, rows } = this, own = this.jacobian, m = this.mass;
+    const { n, r, active, scale, weight, rows } = this,
+      own = this.jacobian,
+      m = this.mass;
     this.m = 0;
     for (let row = 0; row < r; row++) {
       if (!holds(row)) continue;
@@ -248,11 +256,13 @@ class FactoredSystem {
     const largest = max_abs(scale);
     for (let i = 0; i < this.m; i++) {
       for (let j = 0; j < n; j++) own[i * n + j] *= scale[j];
-      const length = norm(own, i * n, (i + 1) * n), usual = usual_lengths[active[i]] * largest;
+      const length = norm(own, i * n, (i + 1) * n),
+        usual = usual_lengths[active[i]] * largest;
       weight[i] = length > 0 ? 1 / length : usual > 0 && Number.isFinite(usual) ? 1 / usual : 1;
       for (let j = 0; j < n; j++) own[i * n + j] *= weight[i];
     }
-    for (let i = 0; i < n; i++) for (let j = 0; j < n; j++) m[i * n + j] = scale[i] * mass[i * n + j] * scale[j];
+    for (let i = 0; i < n; i++)
+      for (let j = 0; j < n; j++) m[i * n + j] = scale[i] * mass[i * n + j] * scale[j];
     const inertia = max_abs(m);
     rows.decompose(own, this.m, tolerance);
     rows.rotate_symmetric(m, this.x);
@@ -268,7 +278,8 @@ class FactoredSystem {
     };
     for (let j = 0; j < n; j++) scale[j] = by_inertia(j);
     for (let j = 0; j < n; j++) {
-      let own = 0, others = 0;
+      let own = 0,
+        others = 0;
       for (let i = 0; i < m; i++) {
         if (jacobian[i * n + j] === 0) continue;
         own = Math.max(own, Math.abs(jacobian[i * n + j]));
@@ -281,15 +292,19 @@ class FactoredSystem {
         if (massless) scale[j] = 1;
       } else if (massless) {
         scale[j] = others > 0 ? others / own : 1 / own;
-      } else if (scale[j] * own > MAX_LIGHT_DOMINANCE * others && scale[j] * own < MIN_MASSLESS_DOMINANCE * others) {
-        scale[j] = MAX_LIGHT_DOMINANCE * others / own;
+      } else if (
+        scale[j] * own > MAX_LIGHT_DOMINANCE * others &&
+        scale[j] * own < MIN_MASSLESS_DOMINANCE * others
+      ) {
+        scale[j] = (MAX_LIGHT_DOMINANCE * others) / own;
       }
     }
   }
 
   /** Cholesky of ZᵀMZ, in place. */
   factor_free(inertia) {
-    const { n, mass: m } = this, k = this.rows.rank;
+    const { n, mass: m } = this,
+      k = this.rows.rank;
     for (let j = k; j < n; j++) {
       for (let i = j; i < n; i++) {
         const rest = m[i * n + j] - dot(m, i * n + k, m, j * n + k, j - k);
@@ -306,7 +321,8 @@ class FactoredSystem {
 
   /** Names the coordinate that moves most in the direction without inertia. */
   singular(j, pivot) {
-    const { n, mass: m, x, scale } = this, k = this.rows.rank;
+    const { n, mass: m, x, scale } = this,
+      k = this.rows.rank;
     x.fill(0);
     x[j] = 1;
     for (let i = j - 1; i >= k; i--) {
@@ -318,7 +334,12 @@ class FactoredSystem {
     let coordinate = 0;
     for (let i = 1; i < n; i++) if (Math.abs(x[i]) > Math.abs(x[coordinate])) coordinate = i;
     const negative = pivot < -PIVOT_TOLERANCE * max_abs(m);
-    return { kind: "singular_mass_matrix", coordinate, pivot: pivot / (scale[coordinate] * scale[coordinate]), negative };
+    return {
+      kind: "singular_mass_matrix",
+      coordinate,
+      pivot: pivot / (scale[coordinate] * scale[coordinate]),
+      negative,
+    };
   }
 
   /**
@@ -326,7 +347,8 @@ class FactoredSystem {
    * Φ_q a = γ cannot be fulfilled, with the sizes that this is to be compared with.
    */
   solve(force, gamma, a, lambda) {
-    const { n, m, active, weight, scale, mass, x, y, b, rows } = this, k = rows.rank;
+    const { n, m, active, weight, scale, mass, x, y, b, rows } = this,
+      k = rows.rank;
     const left = b.subarray(0, m);
     for (let i = 0; i < m; i++) b[i] = weight[i] * gamma[active[i]];
     const gamma_norm = norm(left);
@@ -339,7 +361,8 @@ class FactoredSystem {
     const forced = norm(x);
     rows.rotate(x);
     for (let i = k; i < n; i++) {
-      const known = dot(mass, i * n, y, 0, k), inner = dot(mass, i * n + k, y, k, i - k);
+      const known = dot(mass, i * n, y, 0, k),
+        inner = dot(mass, i * n + k, y, k, i - k);
       y[i] = (x[i] - known - inner) / mass[i * n + i];
     }
     for (let i = n - 1; i >= k; i--) {
@@ -376,8 +399,10 @@ class FactoredSystem {
  * sign of the determinant.
  */
 function factor_lu(a, n) {
-  const order = new Int32Array(n), scale = new Float64Array(n);
-  let least = Infinity, negative = false;
+  const order = new Int32Array(n),
+    scale = new Float64Array(n);
+  let least = Infinity,
+    negative = false;
   for (let i = 0; i < n; i++) [order[i], scale[i]] = [i, max_abs(a, i * n, (i + 1) * n) || 1];
   for (let k = 0; k < n; k++) {
     let pivot = k;

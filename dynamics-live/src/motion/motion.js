@@ -13,7 +13,8 @@ const UNSOLVED_STEP_PART = 0.5;
 /** A step below this part of |t| is given up. */
 const RESOLVED_STEP_PART = 4 * Number.EPSILON;
 /** Part of a step by which the last one may be longer to meet the limit. */
-const LAST_STEP_STRETCH = 1e-2, FIXED_STEP_STRETCH = 1e-9;
+const LAST_STEP_STRETCH = 1e-2,
+  FIXED_STEP_STRETCH = 1e-9;
 /** A step shorter than this part of the proposed one was cut short. */
 const CUT_SHORT_PART = 0.99;
 /** Fixed steps whose ends differ by less than this part of them end at the same time. */
@@ -29,10 +30,14 @@ const PILOT_STEPS = 20;
 /** Values below this part of the larger ones of their unit, or of 1, are zero up to rounding. */
 const ZERO_BY_ROUNDING = 1e-13;
 
+/** So many steps in a row are looked at for a motion that chatters. */
+const CHATTER_STEPS = 100;
+
 class Motion {
   /** `programs`: what the macro prints; `model`: names, units and values. */
   constructor(programs, model) {
-    const system = new System(programs, model), { n, r } = system;
+    const system = new System(programs, model),
+      { n, r } = system;
     this.programs = programs;
     this.model = model;
     this.system = system;
@@ -48,8 +53,19 @@ class Motion {
     this.u = new Float64Array(n);
     this.a = new Float64Array(n);
     this.l = new Float64Array(r);
-    this.from = { t: 0, q: new Float64Array(n), u: new Float64Array(n), a: new Float64Array(n), l: new Float64Array(r) };
-    this.next = { q: new Float64Array(n), u: new Float64Array(n), a: new Float64Array(n), l: new Float64Array(r) };
+    this.from = {
+      t: 0,
+      q: new Float64Array(n),
+      u: new Float64Array(n),
+      a: new Float64Array(n),
+      l: new Float64Array(r),
+    };
+    this.next = {
+      q: new Float64Array(n),
+      u: new Float64Array(n),
+      a: new Float64Array(n),
+      l: new Float64Array(r),
+    };
     // Of every stage its state (q, u, λ) and its derivative (k_q, k_u).
     const vectors = (length) => Array.from({ length: MOST_STAGES }, () => new Float64Array(length));
     this.stage = { q: vectors(n), u: vectors(n), l: vectors(r), k_q: vectors(n), k_u: vectors(n) };
@@ -89,7 +105,8 @@ class Motion {
     const broken = system.broken_assumption(this.t, this.q, this.u, this.started);
     if (broken !== null) return system.words(broken);
     if (!this.started) return null;
-    const q = this.q.slice(), u = this.u.slice();
+    const q = this.q.slice(),
+      u = this.u.slice();
     if (this.place(this.t, q, u)) {
       this.q.set(q);
       this.u.set(u);
@@ -104,13 +121,18 @@ class Motion {
    * start; the motion is then as before.
    */
   start(t, q, u, w = this.w, m = this.m) {
-    const { system } = this, old_w = this.w.slice(), old_m = this.m.slice();
-    const new_q = Float64Array.from(q), new_u = Float64Array.from(u);
+    const { system } = this,
+      old_w = this.w.slice(),
+      old_m = this.m.slice();
+    const new_q = Float64Array.from(q),
+      new_u = Float64Array.from(u);
     this.w.set(w);
     this.m.set(m);
     system.switch_modes();
-    const failure = this.check_values(t, new_q, new_u) ?? system.broken_assumption(t, new_q, new_u, true)
-      ?? (this.set_sides(t, new_q, new_u), this.fits(t, new_q, new_u) ? null : system.failure);
+    const failure =
+      this.check_values(t, new_q, new_u) ??
+      system.broken_assumption(t, new_q, new_u, true) ??
+      (this.set_sides(t, new_q, new_u), this.fits(t, new_q, new_u) ? null : system.failure);
     if (failure !== null) {
       this.w.set(old_w);
       this.m.set(old_m);
@@ -129,6 +151,7 @@ class Motion {
     this.evaluations = 0;
     this.events.length = 0;
     this.plan = null;
+    this.kinks = undefined;
     this.begin_here();
     this.evaluations++;
     return null;
@@ -143,9 +166,11 @@ class Motion {
 
   /** Puts a state onto the constraints; false where that or its accelerations fail. */
   place(t, q, u) {
-    const { system, n, r } = this, { constraints } = system;
+    const { system, n, r } = this,
+      { constraints } = system;
     constraints.mean_sensitivity = 0;
-    const a = new Float64Array(n), l = new Float64Array(r);
+    const a = new Float64Array(n),
+      l = new Float64Array(r);
     const placed = (r === 0 || constraints.project(t, q, u)) && system.accelerate(t, q, u, a, l);
     system.evaluations--;
     if (!placed) return false;
@@ -158,12 +183,20 @@ class Motion {
   }
 
   check_values(t, q, u) {
-    const { model } = this, bad = (what, names, values) => {
-      const i = values.findIndex((x) => !Number.isFinite(x));
-      return i < 0 ? null : { kind: "state_not_finite", what, name: names[i]?.name ?? "", value: values[i] };
-    };
-    return bad("time", [{ name: "t" }], [t]) ?? bad("coordinate", model.coordinates, q)
-      ?? bad("velocity of", model.coordinates, u) ?? bad("parameter", model.parameters ?? [], this.p);
+    const { model } = this,
+      bad = (what, names, values) => {
+        const i = values.findIndex((x) => !Number.isFinite(x));
+        return i < 0
+          ? null
+          : { kind: "state_not_finite", what, name: names[i]?.name ?? "", value: values[i] };
+      };
+    return (
+      bad("time", [{ name: "t" }], [t]) ??
+      bad("coordinate", model.coordinates, q) ??
+      bad("velocity of", model.coordinates, u) ??
+      bad("parameter", model.parameters ?? [], this.p) ??
+      bad("input", model.inputs ?? [], this.w)
+    );
   }
 
   /** Released constraints of the velocities go to the side to which they slip, holonomic ones to the positive. */
@@ -204,20 +237,57 @@ class Motion {
   step(method, accuracy, end = Infinity) {
     if (this.ended || !this.started) return false;
     this.reason = null;
+    if (end === this.t) return true;
     if (this.plan === null || this.plan.method !== METHODS[method] || this.plan.accuracy !== accuracy) {
       this.plan = this.make_plan(METHODS[method], accuracy, end);
     }
-    const made = this.make_step(end) && this.locator.after_step();
+    const made = this.make_step(end) && this.locator.after_step() && this.is_ahead();
     if (!made) this.reason = this.system.words(this.explain(this.system.failure));
     return made;
+  }
+
+  /**
+   * Fails where the motion chatters on a jump of its accelerations, to which these lead back from both sides: a
+   * switching function that changes its sign in most of many steps in a row, under step control.
+   */
+  is_ahead() {
+    const { system, plan } = this;
+    if (!system.has("kinks") || plan === null || plan.fixed) return true;
+    const values = system.value("kinks", this.t, this.q, this.u, this.a, this.l);
+    this.kinks ??= Array.from(values, (value) => ({ sign: Math.sign(value), steps: 0, changes: 0 }));
+    for (let i = 0; i < values.length; i++) {
+      const kink = this.kinks[i],
+        sign = Math.sign(values[i]);
+      if (sign !== kink.sign) kink.changes++;
+      kink.sign = sign;
+      if (++kink.steps < CHATTER_STEPS) continue;
+      const chatters = kink.changes > 0.4 * CHATTER_STEPS;
+      [kink.steps, kink.changes] = [0, 0];
+      if (chatters) return system.fail({ kind: "rests_on_jump", coordinate: this.fastest() });
+    }
+    return true;
+  }
+
+  /** The coordinate with the largest acceleration. */
+  fastest() {
+    let most = 0;
+    for (let i = 1; i < this.n; i++) if (Math.abs(this.a[i]) > Math.abs(this.a[most])) most = i;
+    return most;
   }
 
   /** How steps are made from here on: tolerances, the controller, and the first step size. */
   make_plan(method, accuracy, end) {
     const { fixed, control, error_order } = method;
     const plan = {
-      method, accuracy, fixed: fixed === true, absolute: accuracy, relative: accuracy, h: accuracy,
-      controller: control ? new Controller(control, error_order) : null, origin: this.t, count: 0,
+      method,
+      accuracy,
+      fixed: fixed === true,
+      absolute: accuracy,
+      relative: accuracy,
+      h: accuracy,
+      controller: control ? new Controller(control, error_order) : null,
+      origin: this.t,
+      count: 0,
     };
     if (!plan.fixed) {
       plan.absolute = this.absolute_tolerance(plan, end);
@@ -235,9 +305,12 @@ class Motion {
 
   /** y + h Σ w k into a state, with the operations in the order of the library. */
   combine(to_q, to_u, h, { stages, weights }) {
-    const { n, q, u } = this, { k_q, k_u } = this.stage, count = stages.length;
+    const { n, q, u } = this,
+      { k_q, k_u } = this.stage,
+      count = stages.length;
     for (let i = 0; i < n; i++) {
-      let of_q = 0, of_u = 0;
+      let of_q = 0,
+        of_u = 0;
       for (let j = 0; j < count; j++) {
         of_q += weights[j] * k_q[stages[j]][i];
         of_u += weights[j] * k_u[stages[j]][i];
@@ -249,9 +322,12 @@ class Motion {
 
   /** Σ w k into (error_q, error_u). */
   sum({ stages, weights }) {
-    const { n, error_q, error_u } = this, { k_q, k_u } = this.stage, count = stages.length;
+    const { n, error_q, error_u } = this,
+      { k_q, k_u } = this.stage,
+      count = stages.length;
     for (let i = 0; i < n; i++) {
-      let of_q = 0, of_u = 0;
+      let of_q = 0,
+        of_u = 0;
       for (let j = 0; j < count; j++) {
         of_q += weights[j] * k_q[stages[j]][i];
         of_u += weights[j] * k_u[stages[j]][i];
@@ -264,7 +340,8 @@ class Motion {
   /** Σ (eᵢ/scaleᵢ)² of (e_q, e_u) for a step between two states. */
   square_sum(plan, e_q, e_u, to_q, to_u, from_q = this.q, from_u = this.u) {
     const { absolute, relative } = plan;
-    let of_q = 0, of_u = 0;
+    let of_q = 0,
+      of_u = 0;
     for (let i = 0; i < this.n; i++) {
       const r = e_q[i] / (absolute + relative * Math.max(Math.abs(from_q[i]), Math.abs(to_q[i])));
       of_q += r * r;
@@ -282,7 +359,9 @@ class Motion {
 
   /** End and signed size of the next step. */
   next_time(end) {
-    const { plan } = this, left = end - this.t, stretch = plan.fixed ? FIXED_STEP_STRETCH : LAST_STEP_STRETCH;
+    const { plan } = this,
+      left = end - this.t,
+      stretch = plan.fixed ? FIXED_STEP_STRETCH : LAST_STEP_STRETCH;
     if (Math.abs(left) <= plan.h * (1 + stretch)) return [end, left];
     const sign = left < 0 ? -1 : 1;
     const to = plan.fixed ? plan.origin + (plan.count + 1) * (sign * plan.h) : this.t + sign * plan.h;
@@ -320,7 +399,8 @@ class Motion {
   judge(h) {
     const { plan } = this;
     if (plan.controller === null) return true;
-    const accepted = plan.controller.judge(this.error), next = h * plan.controller.factor;
+    const accepted = plan.controller.judge(this.error),
+      next = h * plan.controller.factor;
     plan.h = accepted && h < CUT_SHORT_PART * plan.h ? Math.max(next, plan.h) : next;
     return accepted;
   }
@@ -329,7 +409,8 @@ class Motion {
    * Tries a step: its end is in `next`, its error in `error`. Returns null, or why the end cannot be reached.
    */
   attempt(to, h) {
-    const { plan, system, next, n, r } = this, { method } = plan;
+    const { plan, system, next, n, r } = this,
+      { method } = plan;
     const { q, u, l, k_q, k_u } = this.stage;
     q[0].set(this.q);
     u[0].set(this.u);
@@ -337,8 +418,11 @@ class Motion {
     k_q[0].set(this.u);
     k_u[0].set(this.a);
     this.error = 0;
-    const failure = method.explicit ? this.attempt_explicit(method, h)
-      : method.kind === "midpoint" ? this.attempt_midpoint(h) : this.attempt_semi_implicit(h);
+    const failure = method.explicit
+      ? this.attempt_explicit(method, h)
+      : method.kind === "midpoint"
+        ? this.attempt_midpoint(h)
+        : this.attempt_semi_implicit(h);
     if (failure !== null) return failure;
     if (!Number.isFinite(this.error) || !all_finite(next.q) || !all_finite(next.u)) {
       return { kind: "not_finite", coordinate: this.not_finite_coordinate(), t: this.t, h };
@@ -366,7 +450,8 @@ class Motion {
   }
 
   attempt_explicit(method, h) {
-    const { plan, system, stage, next, t } = this, { rows, c, result, error, third } = method;
+    const { plan, system, stage, next, t } = this,
+      { rows, c, result, error, third } = method;
     for (let s = 1; s <= rows.length; s++) {
       this.combine(stage.q[s], stage.u[s], h, rows[s - 1]);
       if (!this.derivative(s, t + c[s] * h)) return system.failure;
@@ -390,7 +475,7 @@ class Motion {
     this.difference_from_result(result, third);
     const of_third = this.square_sum(plan, this.third_q, this.third_u, next.q, next.u);
     const both = of_fifth + 0.01 * of_third;
-    this.error = both > 0 ? Math.abs(h) * of_fifth / Math.sqrt(2 * this.n * both) : both;
+    this.error = both > 0 ? (Math.abs(h) * of_fifth) / Math.sqrt(2 * this.n * both) : both;
     return null;
   }
 
@@ -398,11 +483,12 @@ class Motion {
   difference_from_result(result, third) {
     this.third_q ??= new Float64Array(this.n);
     this.third_u ??= new Float64Array(this.n);
-    const { k_q, k_u } = this.stage, total = (k, i, { stages, weights }) => {
-      let sum = 0;
-      for (let j = 0; j < stages.length; j++) sum += weights[j] * k[stages[j]][i];
-      return sum;
-    };
+    const { k_q, k_u } = this.stage,
+      total = (k, i, { stages, weights }) => {
+        let sum = 0;
+        for (let j = 0; j < stages.length; j++) sum += weights[j] * k[stages[j]][i];
+        return sum;
+      };
     for (let i = 0; i < this.n; i++) {
       this.third_q[i] = total(k_q, i, result) - total(k_q, i, third);
       this.third_u[i] = total(k_u, i, result) - total(k_u, i, third);
@@ -426,7 +512,8 @@ class Motion {
    * derivatives of q̈ by differences, whose matrix is factored once for the step.
    */
   attempt_midpoint(h) {
-    const { next, q, u, a, n, stage } = this, end = new Float64Array(n);
+    const { next, q, u, a, n, stage } = this,
+      end = new Float64Array(n);
     for (let i = 0; i < n; i++) end[i] = u[i] + h * a[i];
     const first = end.slice();
     let failure = this.iterate_midpoint(h, end, null);
@@ -446,12 +533,16 @@ class Motion {
 
   /** Iterates on the velocities `end`; `newton` gives the matrix of simplified Newton steps, if they are. */
   iterate_midpoint(h, end, newton) {
-    const { q, u, n, system } = this, progress = new FixedPoint(), miss = new Float64Array(n);
-    const step = new Float64Array(n), rounding = 4 * Number.EPSILON * max_abs(q) / Math.abs(h);
+    const { q, u, n, system } = this,
+      progress = new FixedPoint(),
+      miss = new Float64Array(n);
+    const step = new Float64Array(n),
+      rounding = (4 * Number.EPSILON * max_abs(q)) / Math.abs(h);
     for (;;) {
       if (!this.midpoint_stage(h, end)) return system.failure;
       const slope = this.stage.k_u[1];
-      let correction = 0, change = 0;
+      let correction = 0,
+        change = 0;
       for (let i = 0; i < n; i++) miss[i] = u[i] + h * slope[i] - end[i];
       if (newton === null) step.set(miss);
       else solve_lu(newton.matrix, n, newton.lu, miss, step);
@@ -460,7 +551,8 @@ class Motion {
         correction = max(correction, Math.abs(step[i]));
         change = Math.max(change, Math.abs(end[i] - u[i]), 1e-2 * Math.abs(end[i]));
       }
-      const part = (x) => (x === 0 ? 0 : x / change), status = progress.judge(part(correction), part(rounding));
+      const part = (x) => (x === 0 ? 0 : x / change),
+        status = progress.judge(part(correction), part(rounding));
       if (status === "converged") return null;
       if (status === "diverged") {
         let coordinate = 0;
@@ -482,9 +574,12 @@ class Motion {
 
   /** 1 − h (∂a/∂u/2 + h ∂a/∂q/4), factored; null where it cannot be evaluated. */
   midpoint_newton(h, end) {
-    const { n } = this, matrix = new Float64Array(n * n), largest = max_abs(end);
+    const { n } = this,
+      matrix = new Float64Array(n * n),
+      largest = max_abs(end);
     if (!this.midpoint_stage(h, end)) return null;
-    const here = this.stage.k_u[1].slice(), moved = end.slice();
+    const here = this.stage.k_u[1].slice(),
+      moved = end.slice();
     for (let j = 0; j < n; j++) {
       // Twice the increment of the velocity of the end moves that of the middle by one.
       const by = difference_increment(end[j], largest);
@@ -492,7 +587,7 @@ class Motion {
       if (!this.midpoint_stage(h, moved)) return null;
       moved[j] = end[j];
       const there = this.stage.k_u[1];
-      for (let i = 0; i < n; i++) matrix[i * n + j] = (i === j ? 1 : 0) - h * (there[i] - here[i]) / by;
+      for (let i = 0; i < n; i++) matrix[i * n + j] = (i === j ? 1 : 0) - (h * (there[i] - here[i])) / by;
     }
     const lu = factor_lu(matrix, n);
     return lu.least > 1e-14 ? { matrix, lu } : null;
@@ -500,25 +595,31 @@ class Motion {
 
   /** Reduces the error to the part that is left when the end of the step is projected. */
   share_after_projection(to) {
-    const { plan, system, next, n } = this, { constraints } = system;
+    const { plan, system, next, n } = this,
+      { constraints } = system;
     if (plan.controller === null) return true;
-    const left_q = this.error_q.slice(), left_u = this.error_u.slice(), part = new Float64Array(n);
-    const whole = this.norm(plan, left_q, left_u, this.q, this.u);
+    const left_q = this.error_q.slice(),
+      left_u = this.error_u.slice(),
+      part = new Float64Array(n);
+    const whole = this.norm(plan, left_q, left_u, next.q, next.u);
     if (!constraints.inadmissible_part(to, next.q, next.u, this.error_q, part, true)) return false;
     if (system.holonomic > 0) for (let i = 0; i < n; i++) left_q[i] -= part[i];
     if (!constraints.inadmissible_part(to, next.q, next.u, this.error_u, part, false)) return false;
     for (let i = 0; i < n; i++) left_u[i] -= part[i];
-    const left = this.norm(plan, left_q, left_u, this.q, this.u);
+    const left = this.norm(plan, left_q, left_u, next.q, next.u);
     if (left < whole) this.error *= left / whole;
     return true;
   }
 
   /** Projects the end of a step. Returns null, or why it cannot be accepted. */
   project_end(to, h) {
-    const { plan, system, next, n } = this, { constraints } = system;
-    const before_q = next.q.slice(), before_u = next.u.slice();
+    const { plan, system, next, n } = this,
+      { constraints } = system;
+    const before_q = next.q.slice(),
+      before_u = next.u.slice();
     if (!constraints.project(to, next.q, next.u)) return system.failure;
-    const moved_q = before_q.map((x, i) => next.q[i] - x), moved_u = before_u.map((x, i) => next.u[i] - x);
+    const moved_q = before_q.map((x, i) => next.q[i] - x),
+      moved_u = before_u.map((x, i) => next.u[i] - x);
     if (plan.fixed) {
       const speed = 0.5 * (max_abs(this.u) + max_abs(next.u));
       const far_q = max_abs(moved_q) > MAX_DISPLACEMENT * speed * Math.abs(h);
@@ -580,7 +681,8 @@ class Motion {
 
   /** Makes the step that was taken back again, to end at another time; false where it fails. */
   repeat(to) {
-    const h = to - this.t, failure = this.attempt(to, h);
+    const h = to - this.t,
+      failure = this.attempt(to, h);
     if (failure !== null) return this.system.fail(failure);
     this.commit(to, h);
     if (this.plan.fixed) [this.plan.origin, this.plan.count] = [this.t, 0];
@@ -603,12 +705,19 @@ class Motion {
       }
       return h * work;
     }
-    const out = new Float64Array(2 * this.n), count = system.evaluations;
-    const a = new Float64Array(this.n), l = new Float64Array(r);
-    for (const [theta, weight] of [[0.1127016653792583, 5 / 18], [0.5, 4 / 9], [0.8872983346207417, 5 / 18]]) {
+    const out = new Float64Array(2 * this.n),
+      count = system.evaluations;
+    const a = new Float64Array(this.n),
+      l = new Float64Array(r);
+    for (const [theta, weight] of [
+      [0.1127016653792583, 5 / 18],
+      [0.5, 4 / 9],
+      [0.8872983346207417, 5 / 18],
+    ]) {
       const t = this.t0 + theta * h;
       this.at(t, out);
-      const q = out.subarray(0, this.n), u = out.subarray(this.n);
+      const q = out.subarray(0, this.n),
+        u = out.subarray(this.n);
       if (r > 0 && !system.accelerate(t, q, u, a, l)) return NaN;
       work += weight * this.power(t, q, u, a, l);
     }
@@ -625,7 +734,8 @@ class Motion {
 
   /** The coordinate whose error is the largest against its scale. */
   worst() {
-    const { plan, n, q, u, error_q, error_u } = this, { absolute, relative } = plan;
+    const { plan, n, q, u, error_q, error_u } = this,
+      { absolute, relative } = plan;
     let [worst, most] = [0, -1];
     for (let i = 0; i < n; i++) {
       const of_q = Math.abs(error_q[i]) / (absolute + relative * Math.abs(q[i]));
@@ -636,7 +746,8 @@ class Motion {
   }
 
   not_finite_coordinate() {
-    const { stage, n, plan } = this, count = plan.method.explicit ? plan.method.rows.length + 1 : 2;
+    const { stage, n, plan } = this,
+      count = plan.method.explicit ? plan.method.rows.length + 1 : 2;
     for (let s = 0; s < count; s++) {
       for (let i = 0; i < n; i++) {
         if (!Number.isFinite(stage.k_u[s][i]) || !Number.isFinite(stage.k_q[s][i])) return i;
@@ -653,9 +764,13 @@ class Motion {
   explain(failure) {
     const { q, u, n } = this;
     if (["not_finite", "step_too_small"].includes(failure.kind)) {
-      for (const [order, values] of [[0, q], [1, u]]) {
+      for (const [order, values] of [
+        [0, q],
+        [1, u],
+      ]) {
         for (let i = 0; i < n; i++) {
-          if (Math.abs(values[i]) > 1e100) return { kind: "overflow", coordinate: i, order, value: values[i] };
+          if (Math.abs(values[i]) > 1e100)
+            return { kind: "overflow", coordinate: i, order, value: values[i] };
         }
       }
     }
@@ -669,9 +784,12 @@ class Motion {
 
   /** The row that nearly depends on the others at the present state, or null. */
   rank_loss() {
-    const { system, t, q, u } = this, { constraints } = system, { factored } = constraints;
+    const { system, t, q, u } = this,
+      { constraints } = system,
+      { factored } = constraints;
     if (!constraints.factor(t, q, u, constraints.holds)) return null;
-    const { rows, active, m } = factored, { rank } = rows;
+    const { rows, active, m } = factored,
+      { rank } = rows;
     // The last pivot, rows at unit length: how far the last row is from the span of the others.
     const pivot = rank > 0 ? Math.abs(rows.a[(rank - 1) * system.n + rank - 1]) : 0;
     if (rank === m && pivot > 1e-3) return null;
@@ -683,11 +801,15 @@ class Motion {
 
   /** The first step, as `dynamics-runtime/src/integrate/stepper/first_step.rs` chooses it. */
   first_step(plan, end) {
-    const { system, stage, n, q, u, a, t } = this, direction = end < t ? -1 : 1, most = Math.abs(end - t);
-    const d0 = this.norm(plan, q, u, q, u), d1 = this.norm(plan, u, a, q, u);
+    const { system, stage, n, q, u, a, t } = this,
+      direction = end < t ? -1 : 1,
+      most = Math.abs(end - t);
+    const d0 = this.norm(plan, q, u, q, u),
+      d1 = this.norm(plan, u, a, q, u);
     const has_scale = d0 >= 1e-10 && d1 >= 1e-10 && Number.isFinite(d0 / d1);
-    let h = Math.min(has_scale ? 0.01 * d0 / d1 : 1e-6, most);
-    const change_q = new Float64Array(n), change_u = new Float64Array(n);
+    let h = Math.min(has_scale ? (0.01 * d0) / d1 : 1e-6, most);
+    const change_q = new Float64Array(n),
+      change_u = new Float64Array(n);
     for (let trial = 0; trial < 4; trial++) {
       for (let i = 0; i < n; i++) {
         stage.q[1][i] = q[i] + direction * h * u[i];
@@ -706,8 +828,8 @@ class Motion {
         continue;
       }
       const curvature = Math.max(d1, d2);
-      const fine = curvature <= 1e-15 ? Math.max(h * 1e-3, 1e-6)
-        : Math.pow(0.01 / curvature, 1 / plan.method.order);
+      const fine =
+        curvature <= 1e-15 ? Math.max(h * 1e-3, 1e-6) : Math.pow(0.01 / curvature, 1 / plan.method.order);
       return Math.min(fine, 100 * h, most);
     }
     return h;
@@ -718,7 +840,8 @@ class Motion {
    * to twenty steps show, as `dynamics-runtime/src/simulate/pilot_run.rs` has it.
    */
   absolute_tolerance(plan, end) {
-    const { n, system, model } = this, tolerance = plan.relative;
+    const { n, system, model } = this,
+      tolerance = plan.relative;
     const sizes = { q: this.q.map(Math.abs), u: this.u.map(Math.abs) };
     const units = model.coordinates.map(({ unit }) => unit ?? "");
     const by_unit = ({ q, u }) => {
@@ -734,10 +857,14 @@ class Motion {
     const has_small = (own) => by_unit(own).some((size) => size < SMALL_MOTION);
     if (!has_small(sizes)) return tolerance;
     system.evaluations++;
-    const expected = { q: sizes.q, u: sizes.u.map((x, i) => Math.max(x, Math.sqrt(Math.abs(this.a[i]) * sizes.q[i]))) };
+    const expected = {
+      q: sizes.q,
+      u: sizes.u.map((x, i) => Math.max(x, Math.sqrt(Math.abs(this.a[i]) * sizes.q[i]))),
+    };
     if (!has_small(expected)) return tolerance;
     // The pilot run, after which everything is as before.
-    const kept = this.save(), trial = { ...plan, controller: new Controller(plan.method.control, plan.method.error_order) };
+    const kept = this.save(),
+      trial = { ...plan, controller: new Controller(plan.method.control, plan.method.error_order) };
     this.plan = trial;
     trial.h = this.first_step(trial, end);
     let h = 0;
@@ -754,17 +881,29 @@ class Motion {
     const rounding = size < SMALL_MOTION ? 10 * this.rounding_of_accelerations() * Math.abs(h) : 0;
     this.restore(kept);
     if (!(size < SMALL_MOTION)) return tolerance;
-    return Math.min(Math.max(tolerance * size / SMALL_MOTION, 1e-15, rounding), tolerance);
+    return Math.min(Math.max((tolerance * size) / SMALL_MOTION, 1e-15, rounding), tolerance);
   }
 
   /** The largest change of the accelerations by changes of the state in its last place. */
   rounding_of_accelerations() {
-    const { system, n, t, q, u } = this, a = new Float64Array(n), b = new Float64Array(n), l = new Float64Array(this.r);
+    const { system, n, t, q, u } = this,
+      a = new Float64Array(n),
+      b = new Float64Array(n),
+      l = new Float64Array(this.r);
     if (!system.accelerate(t, q, u, a, l)) return Infinity;
     let largest = 0;
     for (const sign of [-1, 1]) {
       const factor = (i) => (i % 2 === 0 ? sign : -sign) * Number.EPSILON;
-      if (!system.accelerate(t, q.map((x, i) => x + factor(i) * x), u.map((x, i) => x + factor(i) * x), b, l)) return Infinity;
+      if (
+        !system.accelerate(
+          t,
+          q.map((x, i) => x + factor(i) * x),
+          u.map((x, i) => x + factor(i) * x),
+          b,
+          l,
+        )
+      )
+        return Infinity;
       for (let i = 0; i < n; i++) largest = Math.max(largest, Math.abs(a[i] - b[i]));
     }
     return largest;
@@ -772,11 +911,18 @@ class Motion {
 
   /** A copy of what a trial changes, for `restore`. Evaluations are not taken back. */
   save() {
-    const { from } = this, copy = ({ q, u, a, l }) => ({ q: q.slice(), u: u.slice(), a: a.slice(), l: l.slice() });
+    const { from } = this,
+      copy = ({ q, u, a, l }) => ({ q: q.slice(), u: u.slice(), a: a.slice(), l: l.slice() });
     const { constraints } = this.system;
     return {
-      t: this.t, now: copy(this), from: { t: from.t, ...copy(from) }, plan: this.plan, work: this.work,
-      steps: this.steps, rejected: this.rejected, sensitivity: constraints.mean_sensitivity,
+      t: this.t,
+      now: copy(this),
+      from: { t: from.t, ...copy(from) },
+      plan: this.plan,
+      work: this.work,
+      steps: this.steps,
+      rejected: this.rejected,
+      sensitivity: constraints.mean_sensitivity,
     };
   }
 
@@ -800,7 +946,9 @@ class Motion {
 
   /** (q, u) at a time within the last step: the quintic through q, q̇ and q̈ of its ends. */
   at(t, out) {
-    const { n, from } = this, h = this.t - this.t0, theta = h === 0 ? 1 : (t - this.t0) / h;
+    const { n, from } = this,
+      h = this.t - this.t0,
+      theta = h === 0 ? 1 : (t - this.t0) / h;
     const to = this.jumped ?? this;
     if (theta >= 1 || h === 0) {
       out.set(this.q);
@@ -810,17 +958,22 @@ class Motion {
     const blend = theta * theta * theta * (10 + theta * (6 * theta - 15));
     for (let i = 0; i < n; i++) {
       const second = 0.5 * h * h * from.a[i];
-      let position = to.q[i] - from.q[i] - h * from.u[i] - second, rounding = 0;
-      const slope = h * to.u[i] - h * from.u[i] - 2 * second, curvature = h * h * to.a[i] - 2 * second;
+      let position = to.q[i] - from.q[i] - h * from.u[i] - second,
+        rounding = 0;
+      const slope = h * to.u[i] - h * from.u[i] - 2 * second,
+        curvature = h * h * to.a[i] - 2 * second;
       // A part of q₁ − q₀ that is rounding belongs to q alone: u would divide it by h.
       const excess = position - 0.5 * slope + curvature / 12;
       if (Math.abs(excess) <= 2 * Number.EPSILON * Math.max(Math.abs(from.q[i]), Math.abs(to.q[i]))) {
         [rounding, position] = [excess, position - excess];
       }
-      const c3 = 10 * position - 4 * slope + 0.5 * curvature, c4 = -15 * position + 7 * slope - curvature;
-      const c5 = 6 * position - 3 * slope + 0.5 * curvature, cubic = c3 + theta * (c4 + theta * c5);
+      const c3 = 10 * position - 4 * slope + 0.5 * curvature,
+        c4 = -15 * position + 7 * slope - curvature;
+      const c5 = 6 * position - 3 * slope + 0.5 * curvature,
+        cubic = c3 + theta * (c4 + theta * c5);
       out[i] = from.q[i] + theta * (h * from.u[i] + theta * (second + theta * cubic)) + rounding * blend;
-      out[n + i] = from.u[i] + theta * (2 * second + theta * (3 * c3 + theta * (4 * c4 + theta * 5 * c5))) / h;
+      out[n + i] =
+        from.u[i] + (theta * (2 * second + theta * (3 * c3 + theta * (4 * c4 + theta * 5 * c5)))) / h;
     }
     return out;
   }
@@ -830,7 +983,8 @@ class Motion {
    * a Lagrangian of its own. E less `work` is constant on an exact motion.
    */
   energies(out, t = this.t, q = this.q, u = this.u) {
-    const { system } = this, of = (name) => system.value(name, t, q, u)?.[0] ?? NaN;
+    const { system } = this,
+      of = (name) => system.value(name, t, q, u)?.[0] ?? NaN;
     out[0] = of("kinetic_energy");
     out[1] = of("potential_energy");
     out[2] = system.has("energy_function") ? of("energy_function") : out[0] + out[1];
@@ -844,7 +998,8 @@ class Motion {
   value(program, t = this.t, q = this.q, u = this.u) {
     const { system } = this;
     if (!system.has(program)) return null;
-    if (q === this.q && u === this.u && t === this.t) return system.call(system.bound[program], t, q, u, this.a, this.l);
+    if (q === this.q && u === this.u && t === this.t)
+      return system.call(system.bound[program], t, q, u, this.a, this.l);
     const [a, l] = this.solve_at(t, q, u);
     return system.call(system.bound[program], t, q, u, a, l);
   }

@@ -18,25 +18,44 @@ function sin_cos(x) {
   }
   // k = round(2x/π); 1.5·2⁵² leaves the nearest integer. Then x = kπ/2 + r − c.
   const k = x * 0.6366197723675814 + 6755399441055744 - 6755399441055744;
-  const first = x - k * 1.5707963267341256, w = k * 6.077100506303966e-11, second = first - w;
+  const first = x - k * 1.5707963267341256,
+    w = k * 6.077100506303966e-11,
+    second = first - w;
   const rest = k * 2.0222662487959506e-21 - (first - second - w);
-  const r = second - rest, c = rest - (second - r);
-  const z = r * r, v = z * r, zz = z * z;
+  const r = second - rest,
+    c = rest - (second - r);
+  const z = r * r,
+    v = z * r,
+    zz = z * z;
   // sin(r − c)
   const of_c = c * (z * -0.5 + 1);
-  const of_sine = zz * (zz * 1.58969099521155e-10 + (z * -2.5050760253406863e-8 + 2.7557313707070068e-6))
-    + (z * -0.0001984126982985795 + 0.00833333333332249);
+  const of_sine =
+    zz * (zz * 1.58969099521155e-10 + (z * -2.5050760253406863e-8 + 2.7557313707070068e-6)) +
+    (z * -0.0001984126982985795 + 0.00833333333332249);
   const s = r - (of_c - z * v * of_sine - v * -0.16666666666666632);
   // cos(r − c)
-  const half = 0.5 * r, less = 1 - half * r, added = half * r + (less - 1);
-  const of_cosine = zz * (zz * (z * -1.1359647557788195e-11 + 2.087572321298175e-9)
-    + (z * -2.7557314351390663e-7 + 2.480158728947673e-5)) + (z * -0.001388888888887411 + 0.0416666666666666);
+  const half = 0.5 * r,
+    less = 1 - half * r,
+    added = half * r + (less - 1);
+  const of_cosine =
+    zz *
+      (zz * (z * -1.1359647557788195e-11 + 2.087572321298175e-9) +
+        (z * -2.7557314351390663e-7 + 2.480158728947673e-5)) +
+    (z * -0.001388888888887411 + 0.0416666666666666);
   const e = less - (added - r * c - zz * of_cosine);
   switch (k & 3) {
-    case 0: cosine[0] = e; return s;
-    case 1: cosine[0] = -s; return e;
-    case 2: cosine[0] = -e; return -s;
-    default: cosine[0] = s; return -e;
+    case 0:
+      cosine[0] = e;
+      return s;
+    case 1:
+      cosine[0] = -s;
+      return e;
+    case 2:
+      cosine[0] = -e;
+      return -s;
+    default:
+      cosine[0] = s;
+      return -e;
   }
 }
 
@@ -65,7 +84,9 @@ function powf(x, y) {
 
 /** xⁿ by repeated squaring, in the order of `powi` in Rust. */
 function powi(x, n) {
-  let remaining = Math.abs(n), square = x, product = 1;
+  let remaining = Math.abs(n),
+    square = x,
+    product = 1;
   while (remaining !== 0) {
     if (remaining % 2 === 1) product *= square;
     remaining = Math.floor(remaining / 2);
@@ -118,18 +139,22 @@ function polynomial(c, d, order) {
  * `outside` says: `linear`, `periodic`, or not at all, which is NaN.
  */
 function piecewise({ knots, coefficients, outside }) {
-  const last = knots.length - 1, period = knots[last] - knots[0];
+  const last = knots.length - 1,
+    period = knots[last] - knots[0];
   return (x, order) => {
     if (outside === "periodic") x -= period * Math.floor((x - knots[0]) / period);
     if (x < knots[0] || x > knots[last]) {
       if (outside !== "linear") return NaN;
-      const edge = x < knots[0] ? 0 : last, piece = Math.min(edge, last - 1), d = knots[edge] - knots[piece];
+      const edge = x < knots[0] ? 0 : last,
+        piece = Math.min(edge, last - 1),
+        d = knots[edge] - knots[piece];
       const slope = polynomial(coefficients[piece], d, 1);
       if (order > 1) return 0;
       return order === 1 ? slope : polynomial(coefficients[piece], d, 0) + slope * (x - knots[edge]);
     }
     if (!(x >= knots[0])) return NaN;
-    let low = 0, high = last;
+    let low = 0,
+      high = last;
     while (high - low > 1) {
       const middle = (low + high) >> 1;
       if (x >= knots[middle]) low = middle;
@@ -147,6 +172,7 @@ function scientific(x, digits) {
 
 /** A number with seven digits, with a power of ten where it is very large or small. */
 function rounded(x) {
-  const short = Number(x.toPrecision(7)), size = Math.abs(short);
+  const short = Number(x.toPrecision(7)),
+    size = Math.abs(short);
   return short === 0 || (size >= 1e-4 && size < 1e7) ? String(short) : scientific(short);
 }

@@ -213,4 +213,54 @@ const CHECKS = {
       expect(motion.t === i * 0.1, `step ${i} at ${motion.t}`);
     }
   },
+  friction_depends_on_the_reaction() {
+    const motion = started("rubbing_block", [0, 0], [1, 0]);
+    expect(run(motion, "dp5", 1e-9, 2) === null, motion.reason);
+    expect_near(motion.l[0], 10, 1e-12, "reaction");
+    expect_near(motion.q[0], 2 + 0.5 * (3 - 2.5) * 4, 1e-9, "path");
+  },
+  a_ball_lifts_off_a_table_and_returns() {
+    const motion = started("table", [0], [2], {}, [0]);
+    expect(run(motion, "dop853", 1e-9, 1.2) === null, motion.reason);
+    const [lifts, closes] = motion.events;
+    // λ = g − Aω² sin ωt.
+    const lift = Math.asin(0.5) / 10;
+    expect(lifts.what === "lifts off" && closes.what === "closes", motion.events.map(({ what }) => what).join());
+    expect_near(lifts.t, lift, 1e-8, "lifts off");
+    const gap = (t) => {
+      const d = t - lift;
+      return 0.2 * 0.5 + 2 * Math.cos(Math.asin(0.5)) * d - 5 * d * d - 0.2 * Math.sin(10 * t);
+    };
+    expect_near(gap(closes.t), 0, 1e-8, "returns");
+  },
+  a_bar_falls_flat_on_both_ends() {
+    const motion = started("bar", [0, 5, 0], [1, 0, 0], {}, [1, 1]);
+    expect(run(motion, "dp5", 1e-9, 1.5) === null, motion.reason);
+    expect_near(motion.events[0].t, 1, 1e-9, "hit");
+    expect_near(motion.u[1], 5 - 10 * 0.5, 1e-8, "rebound");
+    expect_near(motion.u[2], 0, 1e-9, "no turn");
+    const tilted = started("bar", [0, 3, 0.3], [0, 0, 0], {}, [1, 1]), before = energy(tilted);
+    let last = before;
+    while (tilted.t < 8) {
+      expect(tilted.step("dp5", 1e-8, 8), tilted.reason);
+      const now = energy(tilted);
+      expect(now <= last + 1e-6, `gains energy: ${now - last}`);
+      last = now;
+    }
+    expect_near(tilted.q[1], 0, 1e-6, "lies on the ground");
+    expect(tilted.m[0] === 0 && tilted.m[1] === 0, "both ends rest");
+    expect_near(tilted.l[0] + tilted.l[1], 10, 1e-9, "weight");
+    tilted.drag(0, [1, 2]);
+    expect_near(tilted.q[1], 2, 1e-6, "lifted");
+    tilted.drag(0, [1, -3]);
+    expect(tilted.value("residual").every((gap) => gap > -1e-9), "not below the ground");
+  },
+  a_change_point_is_passed_or_told() {
+    for (const [method, accuracy] of [["dp5", 1e-7], ["dop853", 1e-7]]) {
+      const motion = started("parallelogram", [1, 1, 0], [-1, -1, 0]), before = energy(motion);
+      const reason = run(motion, method, accuracy, 20);
+      if (reason === null) expect_near(energy(motion), before, 1e-3, `${method}: energy`);
+      else expect(/singular position/.test(reason), reason);
+    }
+  },
 };

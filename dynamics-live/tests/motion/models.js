@@ -208,4 +208,101 @@ const MODELS = {
     rows: [{ name: "belt", holonomic: false, switched: 0 }], events: named(["breakaway"]),
     contacts: [], stick_slip: [{ event: 0, row: 0 }],
   }],
+
+  // A block on rough ground: x along it, y off it; Q_x = F − μ |λ| where it slides forwards. No solution of its own.
+  rubbing_block: [{
+    sizes: sizes(2, { parameters: 3, rows: 1, holonomic: 1 }),
+    accelerations: { results: 0, constants: 0, run() {} },
+    terms: program(9, (p, k, f, t, q, u, w, m, a, l, out) => out.set([1, 0, 0, 1, p[0], -p[2], 0, 1, 0])),
+    friction: program(4, (p, k, f, t, q, u, w, m, a, l, out) => {
+      out.set([p[0] - p[1] * Math.abs(l[0]), -p[2], -p[1] * signum(l[0]), 0]);
+    }),
+    residual: program(1, (p, k, f, t, q, u, w, m, a, l, out) => (out[0] = q[1])),
+    velocity_residual: program(1, (p, k, f, t, q, u, w, m, a, l, out) => (out[0] = u[1])),
+    jacobian: program(2, (p, k, f, t, q, u, w, m, a, l, out) => out.set([0, 1])),
+  }, {
+    name: "RubbingBlock", coordinates: named(["x", "y"], { unit: "m" }),
+    parameters: valued({ force: 3, friction: 0.25, g: 10 }), rows: [{ name: "ground", holonomic: true }],
+  }],
+
+  // A ball on a table that moves up and down: Φ = y − A sin ωt. Without the released solution of its own.
+  table: [{
+    sizes: sizes(1, { parameters: 3, rows: 1, holonomic: 1, switched: 1 }),
+    accelerations: program(4, (p, k, f, t, q, u, w, m, a, l, out) => {
+      out[0] = -p[0] * p[1] * p[1] * sin(p[1] * t);
+      out[1] = out[0] + p[2];
+      out[2] = out[3] = 1;
+    }),
+    terms: program(4, (p, k, f, t, q, u, w, m, a, l, out) => {
+      out.set([1, -p[2], 1, -p[0] * p[1] * p[1] * sin(p[1] * t)]);
+    }),
+    residual: program(1, (p, k, f, t, q, u, w, m, a, l, out) => (out[0] = q[0] - p[0] * sin(p[1] * t))),
+    velocity_residual: program(1, (p, k, f, t, q, u, w, m, a, l, out) => {
+      out[0] = u[0] - p[0] * p[1] * cos(p[1] * t);
+    }),
+    jacobian: program(1, (p, k, f, t, q, u, w, m, a, l, out) => (out[0] = 1)),
+  }, {
+    name: "Table", coordinates: named(["y"], { unit: "m" }), parameters: valued({ amplitude: 0.2, omega: 10, g: 10 }),
+    rows: [{ name: "table", holonomic: true, switched: 0 }],
+    contacts: [{ event: null, row: 0, restitution: 0 }],
+  }],
+
+  // A bar of length 2 and mass 1 above the ground, its ends are contacts: y ± sin φ ≥ 0.
+  bar: [{
+    sizes: sizes(3, { parameters: 1, rows: 2, holonomic: 2, switched: 2 }),
+    accelerations: { results: 0, constants: 0, run() {} },
+    terms: program(9 + 3 + 6 + 2, (p, k, f, t, q, u, w, m, a, l, out) => {
+      const s = sin_cos(q[2]), c = cosine[0];
+      out.set([1, 0, 0, 0, 1, 0, 0, 0, 1 / 3, 0, -p[0], 0, 0, 1, -c, 0, 1, c, -s * u[2] * u[2], s * u[2] * u[2]]);
+    }),
+    residual: program(2, (p, k, f, t, q, u, w, m, a, l, out) => out.set([q[1] - sin(q[2]), q[1] + sin(q[2])])),
+    velocity_residual: program(2, (p, k, f, t, q, u, w, m, a, l, out) => {
+      out.set([u[1] - cos(q[2]) * u[2], u[1] + cos(q[2]) * u[2]]);
+    }),
+    jacobian: program(6, (p, k, f, t, q, u, w, m, a, l, out) => out.set([0, 1, -cos(q[2]), 0, 1, cos(q[2])])),
+    kinetic_energy: program(1, (p, k, f, t, q, u, w, m, a, l, out) => {
+      out[0] = 0.5 * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2] / 3);
+    }),
+    potential_energy: program(1, (p, k, f, t, q, u, w, m, a, l, out) => (out[0] = p[0] * q[1])),
+    points: Object.assign(program(2, (p, k, f, t, q, u, w, m, a, l, out) => out.set([q[0], q[1]])),
+      { names: ["centre"], dimensions: [2] }),
+  }, {
+    name: "Bar", coordinates: named(["x", "y", "phi"]), parameters: valued({ g: 10 }),
+    rows: [{ name: "left", holonomic: true, switched: 0 }, { name: "right", holonomic: true, switched: 1 }],
+    contacts: [{ event: null, row: 0, restitution: 0.5 }, { event: null, row: 1, restitution: 0.5 }],
+  }],
+
+  // Two equal cranks on a base of length 2 and a coupler of length 2: flat at a = b = c = 0, where it may also
+  // go on as an antiparallelogram.
+  parallelogram: [{
+    sizes: sizes(3, { parameters: 0, rows: 2, holonomic: 2 }),
+    accelerations: { results: 0, constants: 0, run() {} },
+    terms: program(9 + 3 + 6 + 2, (p, k, f, t, q, u, w, m, a, l, out) => {
+      const [sa, sb, sc] = [sin(q[0]), sin(q[1]), sin(q[2])], [ca, cb, cc] = [cos(q[0]), cos(q[1]), cos(q[2])];
+      const [x, y, z] = [u[0] * u[0], u[1] * u[1], 4 * u[2] * u[2]];
+      // Coupler: m = 1, its centre at the first crank's end plus (cos c, sin c).
+      const m00 = 1 / 3 + 1, m02 = cos(q[0] - q[2]), s02 = sin(q[0] - q[2]);
+      out.set([m00, 0, m02, 0, 1 / 3, 0, m02, 0, 1 + 1 / 3, -s02 * u[2] * u[2], 0, s02 * x]);
+      out.set([-sa, sb, -2 * sc, ca, -cb, 2 * cc], 12);
+      out.set([ca * x - cb * y + cc * z / 2, sa * x - sb * y + sc * z / 2], 18);
+    }),
+    residual: program(2, (p, k, f, t, q, u, w, m, a, l, out) => {
+      out.set([cos(q[0]) - cos(q[1]) + 2 * cos(q[2]) - 2, sin(q[0]) - sin(q[1]) + 2 * sin(q[2])]);
+    }),
+    velocity_residual: program(2, (p, k, f, t, q, u, w, m, a, l, out) => {
+      out[0] = -sin(q[0]) * u[0] + sin(q[1]) * u[1] - 2 * sin(q[2]) * u[2];
+      out[1] = cos(q[0]) * u[0] - cos(q[1]) * u[1] + 2 * cos(q[2]) * u[2];
+    }),
+    jacobian: program(6, (p, k, f, t, q, u, w, m, a, l, out) => {
+      out.set([-sin(q[0]), sin(q[1]), -2 * sin(q[2]), cos(q[0]), -cos(q[1]), 2 * cos(q[2])]);
+    }),
+    kinetic_energy: program(1, (p, k, f, t, q, u, w, m, a, l, out) => {
+      const mixed = u[0] * u[2] * cos(q[0] - q[2]);
+      out[0] = 0.5 * (4 / 3 * u[0] * u[0] + u[1] * u[1] / 3 + 4 / 3 * u[2] * u[2]) + mixed;
+    }),
+    potential_energy: program(1, (p, k, f, t, q, u, w, m, a, l, out) => (out[0] = 0)),
+  }, {
+    name: "Parallelogram", coordinates: named(["a", "b", "c"], { unit: "rad", angle: true }), parameters: [],
+    rows: [{ name: "loop.x", holonomic: true, redundant: false }, { name: "loop.y", holonomic: true, redundant: false }],
+  }],
 };

@@ -82,7 +82,7 @@ fn sizes(model: &Model, equations: &Equations) -> String {
     let positive = equations.energies.is_some();
     format!(
         "sizes: {{ coordinates: {}, parameters: {}, inputs: {}, rows: {rows}, holonomic: {holonomic}, \
-         switched: {switched}, speeds: {} }},\npivots: {pivots:?}, positive: {positive},\n",
+         switched: {switched}, speeds: {} }},\nmodel: {{ pivots: {pivots:?}, positive: {positive} }},\n",
         model.coordinates.len(),
         model.parameters.len(),
         model.inputs.len(),
