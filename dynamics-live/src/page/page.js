@@ -307,14 +307,16 @@ function begin() {
   listen();
   listenToPicture();
   listenToKeys();
-  bindSymbols(document);
+  bindSymbols($("equations"));
+  $("equations").hidden = !$("equations").querySelector("math");
   $("source").textContent = [PROGRAMS.accelerations, PROGRAMS.terms].filter(Boolean)
     .flatMap(({ hoist, run }) => [hoist, run]).filter(Boolean).map(String).join("\n\n");
   $("not-shown").replaceChildren(...(MODEL.not_portable ?? []).map((text) => element("li", "", text)));
   probe.work(performance.now() + 25);
   requestAnimationFrame(tick);
   if (!reducedMotion()) setPlaying(true);
-  if (picture.space) $("hint").textContent += "; drag the ground to turn, scroll or pinch to zoom";
+  if (!picture.handles().length && picture.program) $("hint").textContent = "";
+  if (picture.space) $("hint").textContent += ($("hint").textContent ? "; " : "") + "drag the ground to turn, scroll or pinch to zoom";
   if (!$("hint").classList.contains("stays")) setTimeout(() => $("hint").classList.add("gone"), 9000);
 }
 // For tests: what a frame costs, and the motion.

@@ -39,6 +39,25 @@ function defaultFigures(points) {
   return [...traces, chain, ["pivot", origin], ...dots];
 }
 
+// A picture without named points is taken hold of by its discs and dots.
+function pointsFromDrawing() {
+  const { drawing } = PROGRAMS, figures = drawing?.figures ?? PROGRAMS.figures;
+  if (PROGRAMS.points || !figures) return;
+  const held = figures.map(figureOf).filter(({ figure }) => figure.k === "disc" || figure.k === "dot");
+  const at = held.flatMap(({ at, dimension }) => at.slice(0, dimension)), numbers = new Float64Array(drawing.results);
+  if (!at.length) return;
+  MODEL.points = held.map(({ figure, dimension }, k) => ({ name: `${figure.k} ${k + 1}`, dimension }));
+  PROGRAMS.points = {
+    ...drawing, results: at.length, dimensions: MODEL.points.map(({ dimension }) => dimension),
+    run(...given) {
+      const out = given.pop();
+      drawing.run(...given, numbers);
+      at.forEach((place, k) => { out[k] = numbers[place]; });
+    },
+  };
+}
+pointsFromDrawing();
+
 class Picture {
   constructor(canvas, player) {
     this.canvas = canvas;
@@ -236,8 +255,11 @@ class Picture {
   ofModel({ dimension }, [x, y, z]) { return dimension === 3 ? [x, y, z] : [x, this.space ? z : y]; }
   // Takes hold: the model rests at the instant that is shown, which is its new start.
   hold() {
-    const { player } = this, y = player.show(), { t } = player.start, { m } = player.shown;
-    player.begin({ t, q: y.slice(0, N), u: new Float64Array(N), m });
+    const { player } = this, y = player.show(), { t } = player.start, { m } = player.shown, free = m.slice();
+    for (const { row } of MODEL.contacts ?? []) free[MODEL.rows[row].switched] = 1;
+    // What lies on something can be lifted.
+    const begin = (modes) => player.begin({ t, q: y.slice(0, N), u: new Float64Array(N), m: modes });
+    return begin(free) && begin(m);
   }
   take(event, handle) {
     this.hold();
