@@ -8,8 +8,9 @@ const OWN_COLOR = {
 };
 
 // A figure of the painters from one as the macro prints it: [kind, places of its numbers in the program's
-// results, { c, f, w, d } (colour, fill, width, dashed), { n, z, b, s, name, text, filled }]. A pair in
-// place of a number, [first, count], stands for `count` numbers one after another.
+// results, { c, f, w, d } (colour, fill, width, dashed), { n, z, b, name, text, filled, dimension }]. A pair
+// in place of a number, [first, count], stands for `count` numbers one after another. Places of numbers are
+// `seconds`, how far a trace reaches back, and `shown`, zero while nothing is drawn.
 function figureOf([kind, offsets, style = {}, extra = {}]) {
   const at = offsets.flatMap((o) => (Array.isArray(o) ? Array.from({ length: o[1] }, (_, k) => o[0] + k) : [o]));
   const k = kind === "circle" && extra.filled ? "disc" : KINDS[kind] ?? kind;
@@ -57,6 +58,9 @@ function pointsFromDrawing() {
   };
 }
 pointsFromDrawing();
+
+// Whether a figure that is drawn at some instants only is drawn at this one.
+const isShown = ({ figure }, out) => figure.shown === undefined || out[figure.shown] !== 0;
 
 class Picture {
   constructor(canvas, player) {
@@ -123,6 +127,7 @@ class Picture {
       }
     };
     for (const item of this.figures) {
+      if (!isShown(item, out)) continue;
       const v = this.numbersOf(item, out), count = pointsOf(item.figure), round = /disc|circle|arc/.test(item.figure.k);
       if (this.space) { this.space.places(item.figure, v, count, visit); continue; }
       for (let k = 0; k < count; k++) visit(v.slice(2 * k, 2 * k + 2), round ? Math.abs(v[2 * count]) : 0);
@@ -176,6 +181,7 @@ class Picture {
     this.drawTraces(pen);
     const out = this.evaluate(player.time(), player.now), pieces = [];
     for (const item of this.figures) {
+      if (!isShown(item, out)) continue;
       const v = this.shift(item.figure, this.numbersOf(item, out));
       if (v.every(Number.isFinite)) pieces.push(...painter.piecesOf(item.figure, v, "blue", item.words));
     }
@@ -187,11 +193,12 @@ class Picture {
     if (!this.traces.length) return;
     const out = this.evaluate(player.time(), player.now);
     this.traces.forEach((item, k) => {
-      const { s } = item.figure;
+      if (!isShown(item, out)) return;
+      const s = item.figure.seconds === undefined ? null : out[item.figure.seconds];
       this.painter.drawTrace(pen, item.figure, "blue", {
         at: (instant) => this.shift(item.figure, player.instant(instant).trace[k]),
         first: player.first, end, head: this.shift(item.figure, this.numbersOf(item, out)),
-        reach: s === undefined || s === null ? null : Math.ceil(s / player.dt), perSecond: RATE * player.speed,
+        reach: s === null ? null : Math.ceil(s / player.dt), perSecond: RATE * player.speed,
       });
     });
   }
