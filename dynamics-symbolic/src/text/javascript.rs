@@ -7,9 +7,10 @@
 
 mod picture;
 
+use crate::algebra::{Guard, Unrolled};
 use crate::compile::{ConstraintPrograms, Programs};
 use crate::graph::{Binary, Comparison, Number, Symbol, Unary};
-use crate::mechanics::{Equations, Extra, Figures, Model};
+use crate::mechanics::{Equations, Extra, Figures, Model, Solution};
 use crate::schedule::Program;
 
 use super::mathml::{Dots, symbol_mathml};
@@ -60,20 +61,36 @@ pub fn javascript(model: &mut Model, equations: &Equations, programs: &Programs)
     for (name, program) in &printed.named {
         out.push_str(&format!("{name}: {},\n", object(program)));
     }
+    let unrolled = equations.constraints.as_ref().and_then(|c| match &c.solution {
+        Solution::Unrolled(unrolled) => Some(unrolled),
+        Solution::General(_) => None,
+    });
+    out.extend(unrolled.map(|unrolled| format!("{},\n", bounds(model, unrolled))));
     if !printed.released.is_empty() {
         out.push_str("released: [\n");
         let sets = equations.constraints.iter().flat_map(|c| &c.released);
         for ((accelerations, correction), set) in printed.released.iter().zip(sets) {
             let (accelerations, correction) = (object(accelerations), object(correction));
-            let modes = &set.modes;
+            let (modes, bounds) = (&set.modes, bounds(model, &set.unrolled));
             out.push_str(&format!(
-                "{{ modes: {modes:?}, accelerations: {accelerations}, correction: {correction} }},\n"
+                "{{ modes: {modes:?}, {bounds}, accelerations: {accelerations}, correction: {correction} }},\n"
             ));
         }
         out.push_str("],\n");
     }
     out.push_str("})");
     Portability { javascript: out, symbols: symbols(model), obstacles }
+}
+
+/// The smallest admissible ratios of the pivots at the end of a solution's programs to their scales. A pivot that
+/// is a number needs no check: its bound is negative.
+fn bounds(model: &Model, unrolled: &Unrolled) -> String {
+    let of = |guards: &[Guard]| -> Vec<f64> {
+        let is_number = |guard: &Guard| model.graph.as_number(guard.pivot).is_some();
+        guards.iter().map(|guard| if is_number(guard) { -1.0 } else { guard.tolerance }).collect()
+    };
+    let (accelerations, correction) = (of(&unrolled.guards), of(&unrolled.correction_guards));
+    format!("bounds: {{ accelerations: {accelerations:?}, correction: {correction:?} }}")
 }
 
 /// The symbols of coordinates, inputs and parameters in MathML.
