@@ -14,7 +14,7 @@ use crate::mechanics::{
 };
 use crate::schedule::{Program, Staging, schedule};
 use crate::series::{Series, Unexpandable, expand};
-use crate::text;
+use crate::text::{self, Portability};
 
 /// Programs of a model, one per function that the runtime's traits ask for. Results are flattened row by row.
 #[derive(Clone, Debug)]
@@ -189,6 +189,10 @@ pub struct Compiled {
     pub equations_text: String,
     /// The equations in LaTeX.
     pub latex: String,
+    /// The equations in MathML: one `<p class="eq">` per equation, each term a `<math>` of its own.
+    pub mathml: String,
+    /// The programs in JavaScript, for pages.
+    pub portability: Portability,
 }
 
 /// Derives, checks and schedules a model.
@@ -240,7 +244,8 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     });
     let mut report = text::report(&model, &equations, &constraints, &printed, withheld);
     let mut listing = text::listing(&model, &equations, &printed);
-    let (equations_text, latex) = text::equations(&mut model, &equations);
+    let text::EquationTexts { plain: equations_text, latex, mathml } =
+        text::equations(&mut model, &equations);
     programs.series = expand(&mut model.graph, &equations);
     report.push_str(&text::series_entry(&model, &programs.series));
     listing.push_str(&text::series_section(&model, &programs.series));
@@ -256,7 +261,18 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     programs.output_variations = fitting_output_variations(&mut model);
     // Of all nodes that are printed: series bring choices of their own.
     programs.kinks = followed(&model.graph, hazards.are_followed(&model.graph), &kinks, &of_reactions);
-    Ok(Compiled { model, equations, programs, report, listing, equations_text, latex })
+    let portability = text::javascript(&model, &equations, &programs);
+    Ok(Compiled {
+        model,
+        equations,
+        programs,
+        report,
+        listing,
+        equations_text,
+        latex,
+        mathml,
+        portability,
+    })
 }
 
 fn bindings(states: &[Sample]) -> Vec<&dyn Bindings> {

@@ -1,24 +1,31 @@
-//! Texts: the listing, readable equations, LaTeX, the report.
+//! Texts: the listing, readable equations, LaTeX, MathML, the report.
 //!
 //! A target language is one file: an implementation of [`Target`], which says how symbols, numbers, operators
 //! and assignments are written. Two drivers feed it: `program` writes programs exactly, step by step, as a
-//! compiler needs them; `formula` writes single values readably.
+//! compiler needs them; `formula` writes single values readably. `source` writes programs as functions of a
+//! language that computes.
 
 mod equations;
 mod expand;
 mod formula;
+mod javascript;
 mod latex;
 mod listing;
+mod mathml;
+mod names;
 mod plain;
 mod program;
 mod report;
 mod series;
+mod source;
 mod target;
 
-pub use equations::{equations, quotient, statements};
+pub use equations::{EquationTexts, equations, quotient, statements};
 pub use formula::Formulas;
+pub use javascript::{Portability, javascript};
 pub use latex::Latex;
 pub use listing::listing;
+pub use mathml::{Dots, MathMl, symbol_mathml};
 pub use plain::Plain;
 pub use program::{Line, Style, lines};
 pub(crate) use report::entry;

@@ -15,6 +15,7 @@ mod elimination;
 mod expressions;
 mod forms;
 mod limits;
+mod mathml;
 mod models;
 mod operations;
 mod series;

@@ -16,7 +16,7 @@ fn compiled(model: Model) -> Compiled {
     compile(model).unwrap_or_else(|found| panic!("{found:?}"))
 }
 
-fn models() -> [Model; 12] {
+pub(crate) fn models() -> [Model; 12] {
     let held = [rod_pendulum(), slider_crank().closed(), andrews().closed(), cartesian_chain(4).closed()];
     let free = [
         double_pendulum(),
@@ -49,7 +49,7 @@ fn rod_pendulum() -> Model {
 }
 
 /// Values at some random-looking point.
-fn values(model: &Model) -> Values {
+pub(crate) fn values(model: &Model) -> Values {
     let mut state = 0.37;
     let mut next = || {
         state = (state * 977.0_f64 + 0.123).fract();
@@ -68,7 +68,7 @@ fn values(model: &Model) -> Values {
     }
 }
 
-fn names(model: &Model, v: &Values) -> Names {
+pub(crate) fn names(model: &Model, v: &Values) -> Names {
     let mut names = Names::from([("t".to_owned(), v.t)]);
     for (i, c) in model.coordinates.iter().enumerate() {
         names.insert(c.name.clone(), v.q[i]);
@@ -169,7 +169,7 @@ fn guards(c: &Compiled, label: &str) -> Vec<NodeId> {
     both.filter(|(own, _)| own == label).map(|(_, node)| node).collect()
 }
 
-fn close(a: f64, b: f64) -> bool {
+pub(crate) fn close(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-9 * (1.0 + a.abs() + b.abs())
 }
 
@@ -350,6 +350,7 @@ fn the_same_model_gives_the_same_texts() {
     assert_eq!(a.report, b.report);
     assert_eq!(a.equations_text, b.equations_text);
     assert_eq!(a.latex, b.latex);
+    assert_eq!(a.mathml, b.mathml);
     assert_eq!(a.listing, b.listing);
 }
 
@@ -397,16 +398,17 @@ fn deep_expressions_are_written() {
     b.energy("tower", EnergyRole::Potential, v);
     let run = || {
         compile(b.model.clone())
-            .map(|c| (c.listing.len(), c.equations_text.len(), c.latex.len(), c.report.len()))
+            .map(|c| [&c.listing, &c.report, &c.equations_text, &c.latex, &c.mathml].map(String::len))
     };
     let small = std::thread::Builder::new().stack_size(512 * 1024);
     let result =
         std::thread::scope(|s| small.spawn_scoped(s, run).expect("a thread").join().expect("no panic"));
-    let (listing, equations, latex, report) = result.unwrap_or_else(|found| panic!("{found:?}"));
+    let [listing, report, equations, latex, mathml] = result.unwrap_or_else(|found| panic!("{found:?}"));
     assert!(
         listing > 500
             && report > 500
             && (1000..30_000).contains(&equations)
             && (1000..30_000).contains(&latex)
+            && (1000..180_000).contains(&mathml)
     );
 }

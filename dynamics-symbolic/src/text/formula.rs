@@ -144,7 +144,17 @@ impl Formulas {
     /// The name and text of a definition.
     #[must_use]
     pub fn definition(&self, target: &dyn Target, model: &Model, index: usize) -> (Text, Text) {
-        (target.variable(self.prefix, index + 1), self.write(target, model, &self.definitions[index]))
+        (self.definition_name(target, index), self.write(target, model, self.defined(index)))
+    }
+
+    /// The name of a definition.
+    pub(super) fn definition_name(&self, target: &dyn Target, index: usize) -> Text {
+        target.variable(self.prefix, index + 1)
+    }
+
+    /// What a definition stands for.
+    pub(super) fn defined(&self, index: usize) -> &Formula {
+        &self.definitions[index]
     }
 
     /// The text of one of the nodes.

@@ -3,6 +3,7 @@
 use crate::graph::{Binary, Comparison, Number, Symbol, Unary};
 use crate::mechanics::Model;
 
+use super::names::{Name, is_greek, small_letter_name, split_digits};
 use super::target::{Level, Target, Text, decimal};
 
 /// LaTeX.
@@ -91,7 +92,9 @@ impl Target for Latex {
     fn power(&self, base: &Text, exponent: u32) -> Text {
         // sin²θ, as in books.
         for f in ["\\sin", "\\cos", "\\tan"] {
-            if let Some(argument) = base.text.strip_prefix(f).filter(|rest| rest.starts_with("\\left")) {
+            // Not (sin θ + 1)², which begins with a sine too.
+            let call = base.text.strip_prefix(f).filter(|_| base.level == Level::Atom);
+            if let Some(argument) = call.filter(|rest| rest.starts_with("\\left")) {
                 return Text::new(format!("{f}^{{{exponent}}}{argument}"), Level::Power);
             }
         }
@@ -171,38 +174,20 @@ fn parentheses(inner: &str) -> String {
     format!("\\left({inner}\\right)")
 }
 
-const GREEK: &[&str] = &[
-    "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu",
-    "nu", "xi", "pi", "rho", "sigma", "tau", "upsilon", "phi", "chi", "psi", "omega", "Gamma", "Delta",
-    "Theta", "Lambda", "Xi", "Pi", "Sigma", "Upsilon", "Phi", "Psi", "Omega",
-];
-
-/// Greek letters that users write as such, in the order of the first names.
-const LETTERS: &str = "αβγδεζηθικλμνξπρστυφχψω";
-
 /// A user's name: `theta1` → `\theta_{1}`, `theta[3]` → `\theta_{3}`, `m_cart` → `m_{\mathrm{cart}}`,
 /// `axis.x` → `\mathrm{axis}_{x}`; the accent goes over the letter, not over its index.
 pub(super) fn name(user: &str, accent: &str) -> String {
-    let mut parts = user.split(['_', '.', '[', ']', ',', ' ']).filter(|p| !p.is_empty());
-    let (letters, digits) = split_digits(parts.next().unwrap_or(user));
-    let mut indices: Vec<String> = Vec::new();
-    indices.extend((!digits.is_empty()).then(|| digits.to_owned()));
-    indices.extend(parts.map(part));
-    let base = part(letters);
+    let Name { base, indices } = Name::new(user);
+    let indices: Vec<String> = indices.into_iter().map(part).collect();
+    let base = part(base);
     let base = if accent.is_empty() { base } else { format!("{accent}{{{base}}}") };
     if indices.is_empty() { base } else { format!("{base}_{{{}}}", indices.join(",")) }
-}
-
-/// Letters and the digits at their end.
-fn split_digits(word: &str) -> (&str, &str) {
-    let letters = word.trim_end_matches(|c: char| c.is_ascii_digit());
-    if letters.is_empty() { (word, "") } else { word.split_at(letters.len()) }
 }
 
 /// A name without index.
 fn part(word: &str) -> String {
     let (letters, digits) = split_digits(word);
-    let written = if GREEK.contains(&letters) {
+    let written = if is_greek(letters) {
         format!("\\{letters}")
     } else if letters.chars().count() == 1 {
         single(letters)
@@ -217,8 +202,7 @@ fn part(word: &str) -> String {
 }
 
 fn single(letter: &str) -> String {
-    let greek = letter.chars().next().and_then(|c| LETTERS.chars().position(|g| g == c)).map(|i| GREEK[i]);
-    match greek {
+    match letter.chars().next().and_then(small_letter_name) {
         Some(name) => format!("\\{name}"),
         None if letter.is_ascii() => letter.to_owned(),
         None => format!("\\text{{{letter}}}"),
@@ -227,7 +211,18 @@ fn single(letter: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::name;
+    use super::{Latex, name};
+    use crate::graph::Unary;
+    use crate::text::target::{Target, Text};
+
+    #[test]
+    fn squares_of_sines_are_written_as_in_books() {
+        let x = Text::atom("x");
+        let sine = Latex.unary(Unary::Sin, &x);
+        assert_eq!(Latex.power(&sine, 2).text, "\\sin^{2}\\left(x\\right)");
+        let sum = Latex.sum(&[(false, sine), (false, x)]);
+        assert_eq!(Latex.power(&sum, 2).text, "\\left(\\sin\\left(x\\right) + x\\right)^{2}");
+    }
 
     #[test]
     fn names_become_letters_with_indices() {

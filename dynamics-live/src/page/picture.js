@@ -1,0 +1,306 @@
+// The picture: figures of the model, the part of its plane or space that is seen, and dragging.
+"use strict";
+const DIMENSION = MODEL.space ? 3 : 2;
+const MOST_TRACED = 6;   // of more points only the last of each function has a trace
+const KINDS = { polyline: "line" };
+const OWN_COLOR = {
+  disc: "accent", dot: "accent", trace: "accent", cuboid: "accent", cone: "accent", ground: "faint", pivot: "faint",
+};
+
+// A figure of the painters from one as the macro prints it: [kind, places of its numbers in the program's
+// results, { c, f, w, d } (colour, fill, width, dashed), { n, z, b, s, name, text, filled }]. A pair in
+// place of a number, [first, count], stands for `count` numbers one after another.
+function figureOf([kind, offsets, style = {}, extra = {}]) {
+  const at = offsets.flatMap((o) => (Array.isArray(o) ? Array.from({ length: o[1] }, (_, k) => o[0] + k) : [o]));
+  const k = kind === "circle" && extra.filled ? "disc" : KINDS[kind] ?? kind;
+  const dimension = extra.dimension ?? DIMENSION;
+  const figure = { ...style, ...extra, k };
+  if (!figure.c || figure.c === "auto") figure.c = OWN_COLOR[k] ?? "ink";
+  if (k === "line") figure.n ??= at.length / dimension;
+  const numbers = at.length - (numbersAfterPoints[k] ?? 0);
+  return { figure, at, words: extra.text ?? "", dimension: numbers / pointsOf(figure) };
+}
+
+// The picture of a model without one of its own: a chain from the origin through its points, as
+// `Drawing::of_helpers` has it; coordinates x and y alone are dots.
+function defaultFigures(points) {
+  const places = [];
+  let next = 0;
+  for (const { dimension } of points) { places.push(Array.from({ length: dimension }, (_, k) => next + k)); next += dimension; }
+  const dots = places.map((at) => ["dot", at]);
+  const base = (name) => name.replace(/\[\d+\]$/, ""), all = points.length <= MOST_TRACED;
+  const traces = points.map(({ name }, k) => [
+    all || !points[k + 1] || base(points[k + 1].name) !== base(name), ["trace", places[k], {}, { name }],
+  ]).filter(([wanted]) => wanted).map(([, trace]) => trace);
+  if (points[0].name.includes(", ")) return [...traces, ...dots];
+  // The origin: numbers that no program writes, and so are zero.
+  const origin = Array.from({ length: points[0].dimension }, (_, k) => next + k);
+  const chain = ["polyline", [...origin, ...places.flat()], {}, { dimension: points[0].dimension }];
+  return [...traces, chain, ["pivot", origin], ...dots];
+}
+
+// A picture without named points is taken hold of by its discs and dots.
+function pointsFromDrawing() {
+  const { drawing } = PROGRAMS, figures = drawing?.figures ?? PROGRAMS.figures;
+  if (PROGRAMS.points || !figures) return;
+  const held = figures.map(figureOf).filter(({ figure }) => figure.k === "disc" || figure.k === "dot");
+  const at = held.flatMap(({ at, dimension }) => at.slice(0, dimension)), numbers = new Float64Array(drawing.results);
+  if (!at.length) return;
+  MODEL.points = held.map(({ figure, dimension }, k) => ({ name: `${figure.k} ${k + 1}`, dimension }));
+  PROGRAMS.points = {
+    ...drawing, results: at.length, dimensions: MODEL.points.map(({ dimension }) => dimension),
+    run(...given) {
+      const out = given.pop();
+      drawing.run(...given, numbers);
+      at.forEach((place, k) => { out[k] = numbers[place]; });
+    },
+  };
+}
+pointsFromDrawing();
+
+class Picture {
+  constructor(canvas, player) {
+    this.canvas = canvas;
+    this.player = player;
+    this.space = MODEL.space ? makeSpace({ half: [1, 1, 1], eye: MODEL.eye ?? [-Math.PI / 3, Math.PI / 7] }) : null;
+    this.painter = makePaint(this.space);
+    const drawn = PROGRAMS.drawing?.figures ?? PROGRAMS.figures;
+    this.program = drawn ? "drawing" : PROGRAMS.points && MODEL.points.length ? "points" : null;
+    this.figures = (drawn ?? (this.program ? defaultFigures(MODEL.points) : [])).map(figureOf);
+    this.traces = this.figures.filter(({ figure }) => figure.k === "trace");
+    this.numbers = new Float64Array(this.program
+      ? PROGRAMS[this.program].results + DIMENSION : 0);
+    this.middle = [0, 0, 0].slice(0, DIMENSION);
+    this.half = null;
+    this.box = null;
+    this.grip = 0;           // the handle that arrow keys move
+    this.held = null;
+    player.onRecord = (instant) => this.record(instant);
+  }
+
+  // The numbers of all figures at a state.
+  evaluate(t, y, motion = this.player.motion) {
+    const q = y.subarray(0, N), u = y.subarray(N);
+    this.numbers.set(motion.system.value(this.program, t, q, u));
+    return this.numbers;
+  }
+  // Numbers of a figure with points as the painters want them: in space, a point of the plane stands in the
+  // plane of x and z.
+  numbersOf({ figure, at, dimension }, out) {
+    const v = [], count = pointsOf(figure);
+    for (let k = 0; k < count; k++) {
+      const of = (axis) => out[at[k * dimension + axis]];
+      if (this.space && dimension === 2) v.push(of(0), 0, of(1));
+      else for (let axis = 0; axis < dimension; axis++) v.push(of(axis));
+    }
+    for (let k = count * dimension; k < at.length; k++) v.push(out[at[k]]);
+    // The painters count angles in 1/10,000 rad.
+    if (figure.k === "arc") for (const k of [1, 2]) v[v.length - k] *= 1e4;
+    return v;
+  }
+  // The same from the middle of the view.
+  shift(figure, v) {
+    const count = DIMENSION * pointsOf(figure);
+    return v.map((x, k) => (k < count ? x - this.middle[k % DIMENSION] : x));
+  }
+
+  // ---- what is seen
+
+  record(instant) {
+    if (!this.program) return;
+    const out = this.evaluate(instant.t, instant.y);
+    this.include(out);
+    instant.trace = this.traces.map((figure) => this.numbersOf(figure, out));
+  }
+  // Widens the box of what has to be seen by a picture.
+  include(out) {
+    const box = (this.box ??= { lo: new Array(DIMENSION).fill(Infinity), hi: new Array(DIMENSION).fill(-Infinity) });
+    const visit = (point, radius) => {
+      if (!point.every((x) => Math.abs(x) < 1e150)) return;
+      for (let axis = 0; axis < DIMENSION; axis++) {
+        box.lo[axis] = Math.min(box.lo[axis], point[axis] - radius);
+        box.hi[axis] = Math.max(box.hi[axis], point[axis] + radius);
+      }
+    };
+    for (const item of this.figures) {
+      const v = this.numbersOf(item, out), count = pointsOf(item.figure), round = /disc|circle|arc/.test(item.figure.k);
+      if (this.space) { this.space.places(item.figure, v, count, visit); continue; }
+      for (let k = 0; k < count; k++) visit(v.slice(2 * k, 2 * k + 2), round ? Math.abs(v[2 * count]) : 0);
+    }
+  }
+  // Forgets what was seen, so that the view closes in on a new start.
+  forget() { this.box = null; }
+
+  // Brings the view nearer to the box: at once where nothing was seen before or nothing may glide.
+  settle() {
+    const { box } = this;
+    if (!box || !(box.lo[0] <= box.hi[0])) return;
+    const middle = box.lo.map((lo, axis) => (lo + box.hi[axis]) / 2);
+    const sides = box.lo.map((lo, axis) => (box.hi[axis] - lo) / 2);
+    const most = Math.max(...sides), least = Math.max(1e-9 * Math.max(...middle.map(Math.abs)), Number.MIN_VALUE);
+    const half = sides.map((side) => (most > least ? Math.max(side, 0.02 * most) : 1));
+    const part = this.half && !reducedMotion() ? 0.12 : 1, toward = (a, b) => a + part * (b - a);
+    const before = this.half ?? half;
+    this.middle = this.middle.map((x, axis) => toward(x, middle[axis]));
+    this.half = before.map((x, axis) => toward(x, half[axis]));
+    this.gliding = part < 1 && this.half.some((x, axis) =>
+      Math.abs(x - half[axis]) + Math.abs(this.middle[axis] - middle[axis]) > 1e-3 * most);
+    if (!this.gliding) { this.middle = middle; this.half = half; }
+    this.space?.resize(this.half);
+  }
+  // Scale and place of the middle that leave room at the edges for signs of fixed size.
+  fit(width, height) {
+    const words = this.figures.some(({ figure }) => figure.k === "text"), edge = Math.min(34, 0.09 * Math.min(width, height));
+    let [left, right, down, up] = [-this.half[0], this.half[0], -this.half[1], this.half[1]];
+    if (this.space) {
+      const corners = (visit) => {
+        for (let k = 0; k < 8; k++) visit(this.half.map((x, axis) => (k >> axis & 1 ? x : -x)), 0);
+      };
+      [left, right, down, up] = this.space.extent(corners);
+    }
+    const across = width - 2 * edge - (words ? 60 : 0), upright = height - 2 * edge;
+    const scale = Math.min(across / Math.max(right - left, 1e-300), upright / Math.max(up - down, 1e-300));
+    return { scale, x: width / 2 - scale * (left + right) / 2, y: height / 2 + scale * (up + down) / 2 };
+  }
+
+  // ---- painting
+
+  draw() {
+    const { pen, width, height } = prepare(this.canvas), { painter, space, player } = this;
+    if (!(width > 1) || !this.program) return;
+    if (!this.held) this.settle();
+    if (!this.half) return;
+    painter.aim(this.fit(width, height), width, height);
+    const spacing = space ? painter.drawFloor(pen, this.middle, 1) : painter.drawGrid(pen, width, height, this.middle, 1);
+    this.spacing = spacing;
+    this.drawTraces(pen);
+    const out = this.evaluate(player.time(), player.now), pieces = [];
+    for (const item of this.figures) {
+      const v = this.shift(item.figure, this.numbersOf(item, out));
+      if (v.every(Number.isFinite)) pieces.push(...painter.piecesOf(item.figure, v, "blue", item.words));
+    }
+    painter.paint(pen, pieces);
+    this.drawGrip(pen);
+  }
+  drawTraces(pen) {
+    const { player } = this, end = Math.min(Math.floor(player.head), player.last);
+    if (!this.traces.length) return;
+    const out = this.evaluate(player.time(), player.now);
+    this.traces.forEach((item, k) => {
+      const { s } = item.figure;
+      this.painter.drawTrace(pen, item.figure, "blue", {
+        at: (instant) => this.shift(item.figure, player.instant(instant).trace[k]),
+        first: player.first, end, head: this.shift(item.figure, this.numbersOf(item, out)),
+        reach: s === undefined || s === null ? null : Math.ceil(s / player.dt), perSecond: RATE * player.speed,
+      });
+    });
+  }
+  drawGrip(pen) {
+    const keys = document.activeElement === this.canvas && this.canvas.matches(":focus-visible");
+    const handle = this.held ? this.held.handle : keys ? this.handles()[this.grip] : null;
+    if (!handle) return;
+    const [x, y] = this.onCanvas(handle.place());
+    pen.strokeStyle = palette.blue;
+    pen.lineWidth = 2;
+    pen.beginPath();
+    pen.arc(x, y, 19, 0, 2 * Math.PI);
+    pen.stroke();
+  }
+  onCanvas(point) {
+    const at = point.map((x, axis) => x - this.middle[axis]), [x, y] = this.space ? this.space.project(at) : at;
+    return [this.painter.px(x), this.painter.py(y)];
+  }
+
+  // ---- dragging
+
+  // What can be taken hold of: the points of the model.
+  handles() {
+    const { player } = this;
+    let next = 0;
+    return (PROGRAMS.points ? MODEL.points : []).map(({ name, dimension }, index) => {
+      const first = next;
+      next += dimension;
+      const place = () => {
+        const y = player.show(), { motion } = player;
+        const out = motion.system.value("points", player.time(), y.subarray(0, N), y.subarray(N));
+        const at = Array.from(out.slice(first, first + dimension));
+        return this.space && dimension === 2 ? [at[0], 0, at[1]] : at;
+      };
+      return { name, dimension, index, place };
+    });
+  }
+  // The handle under a finger, or null.
+  handleAt(x, y, fingers) {
+    let best = fingers ? 46 : 30, found = null;
+    for (const handle of this.handles()) {
+      const [px, py] = this.onCanvas(handle.place()), distance = Math.hypot(px - x, py - y);
+      if (distance <= best) { best = distance; found = handle; }
+    }
+    return found;
+  }
+  // The place at a point of the canvas; in space, as far from the eye as the handle is.
+  placeAt(x, y, near) {
+    const { view } = this.painter, at = [(x - view.x) / view.scale, (view.y - y) / view.scale];
+    if (!this.space) return at.map((value, axis) => value + this.middle[axis]);
+    return this.space.unproject(at, near.map((value, axis) => value - this.middle[axis]))
+      .map((value, axis) => value + this.middle[axis]);
+  }
+  // Moves the handle as near to a place as the model can have it; the text of a refusal, or null.
+  pull(handle, target) {
+    const { motion, start } = this.player;
+    motion.drag(handle.index, this.ofModel(handle, target));
+    return this.player.begin({ t: start.t, q: motion.q, u: motion.u, m: motion.m });
+  }
+  // A place or a velocity in the numbers that a point has in the model.
+  ofModel({ dimension }, [x, y, z]) { return dimension === 3 ? [x, y, z] : [x, this.space ? z : y]; }
+  // Takes hold: the model rests at the instant that is shown, which is its new start.
+  hold() {
+    const { player } = this, y = player.show(), { t } = player.start, { m } = player.shown, free = m.slice();
+    for (const { row } of MODEL.contacts ?? []) free[MODEL.rows[row].switched] = 1;
+    // What lies on something can be lifted.
+    const begin = (modes) => player.begin({ t, q: y.slice(0, N), u: new Float64Array(N), m: modes });
+    return begin(free) && begin(m);
+  }
+  take(event, handle) {
+    this.hold();
+    this.player.held = true;
+    this.held = { handle, trail: [], pointer: event.pointerId };
+    this.canvas.setPointerCapture(event.pointerId);
+    this.canvas.classList.add("held");
+  }
+  move(event) {
+    const { held } = this, box = this.canvas.getBoundingClientRect();
+    const target = this.placeAt(event.clientX - box.left, event.clientY - box.top, held.handle.place());
+    const refusal = this.pull(held.handle, target);
+    held.trail.push({ at: event.timeStamp, target });
+    while (held.trail.length > 2 && event.timeStamp - held.trail[0].at > 80) held.trail.shift();
+    return refusal;
+  }
+  // Lets go: what moved under the finger at the end flies on as it moved. True where it was moved at all.
+  release(event) {
+    const { held, player } = this, { motion } = player, [from] = held.trail, to = held.trail[held.trail.length - 1];
+    this.held = null;
+    player.held = false;
+    this.canvas.classList.remove("held");
+    if (!from) return false;
+    const seconds = (to.at - from.at) / 1000 * player.pace * player.speed;
+    // A finger that rests before it lets go does not throw.
+    if (seconds > 0 && event.timeStamp - to.at < 60 && held.trail.length > 2) {
+      const velocity = to.target.map((x, axis) => (x - from.target[axis]) / seconds);
+      motion.throw_point(held.handle.index, this.ofModel(held.handle, velocity));
+    }
+    this.forget();
+    player.begin({ t: player.start.t, q: motion.q, u: motion.u, m: motion.m });
+    return true;
+  }
+  // Moves the chosen handle by a part of the view, to the right and up as it is seen.
+  nudge(right, up) {
+    const handle = this.handles()[this.grip];
+    if (!handle) return null;
+    const place = handle.place(), [x, y] = this.onCanvas(place), { canvas } = this;
+    const by = 0.02 * Math.min(canvas.clientWidth, canvas.clientHeight);
+    this.hold();
+    return this.pull(handle, this.placeAt(x + by * right, y - by * up, place)) ?? handle.name;
+  }
+}
+const reducedMotion = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
