@@ -11,6 +11,16 @@ const DRAWN = PROGRAMS.drawing && (PROGRAMS.drawing.figures ?? PROGRAMS.figures)
 // Numbers that pictures read behind the parameters of the model: "running", the number that a curve runs
 // over, or ["start", f] and ["end", f], the ends of a smooth function.
 const EXTRAS = PROGRAMS.drawing?.extras ?? PROGRAMS.extras ?? [];
+const EXTENDED = new Float64Array(MODEL.parameters.length + EXTRAS.length);
+EXTRAS.forEach(([end, index], k) => {
+  const knots = MODEL.functions[index]?.knots;
+  if (knots) EXTENDED[MODEL.parameters.length + k] = knots[end === "start" ? 0 : knots.length - 1];
+});
+// Parameters of a motion, with those numbers behind them.
+function extended(p) {
+  EXTENDED.set(p);
+  return EXTENDED;
+}
 
 // A figure of the painters from one as the macro prints it: [kind, offsets, style, extra].
 //
@@ -67,16 +77,17 @@ function defaultFigures(points) {
 // A picture without named points is taken hold of by its discs and dots.
 function pointsFromDrawing() {
   const { drawing } = PROGRAMS;
-  if (PROGRAMS.points || !DRAWN || EXTRAS.length) return;
+  if (PROGRAMS.points || !DRAWN) return;
   const held = DRAWN.map(figureOf).filter(({ figure }) => figure.k === "disc" || figure.k === "dot");
   const at = held.flatMap(({ at, dimension }) => at.slice(0, dimension)), numbers = new Float64Array(drawing.results);
   if (!at.length) return;
   MODEL.points = held.map(({ figure, dimension }, k) => ({ name: `${figure.k} ${k + 1}`, dimension }));
   PROGRAMS.points = {
     ...drawing, results: at.length, dimensions: MODEL.points.map(({ dimension }) => dimension),
-    run(...given) {
+    hoist: (p, f, k) => drawing.hoist?.(extended(p), f, k),
+    run(p, ...given) {
       const out = given.pop();
-      drawing.run(...given, numbers);
+      drawing.run(extended(p), ...given, numbers);
       at.forEach((place, k) => { out[k] = numbers[place]; });
     },
   };
@@ -94,13 +105,8 @@ class Picture {
     this.program = program ? bound(program) : null;
     this.figures = (DRAWN ?? (points ? defaultFigures(points) : [])).map(figureOf);
     this.traces = this.figures.flatMap(({ figure }, k) => (figure.k === "trace" ? [k] : []));
-    // The parameters, and what pictures read behind them.
-    this.p = new Float64Array(MODEL.parameters.length + EXTRAS.length).fill(NaN);
     this.running = MODEL.parameters.length + EXTRAS.indexOf("running");
-    EXTRAS.forEach((item, k) => {
-      const knots = MODEL.functions[item[1]]?.knots;
-      if (knots) this.p[MODEL.parameters.length + k] = knots[item[0] === "start" ? 0 : knots.length - 1];
-    });
+    this.seen = new Float64Array(MODEL.parameters.length).fill(NaN);   // parameters of the constants
     // The origin of a default picture stands behind the results.
     this.numbers = new Float64Array(program ? program.results + DIMENSION : 0);
     this.a = new Float64Array(N);
@@ -122,15 +128,16 @@ class Picture {
       system.evaluations = count;
       this.solved = true;
     }
-    program.run(this.p, k, system.f, t, q, u, system.w, system.m, a, l, out);
+    program.run(EXTENDED, k, system.f, t, q, u, system.w, system.m, a, l, out);
     return out;
   }
   // The numbers of every figure at a state, as its painter takes them; null for one that is not drawn.
   sample(t, y, motion = this.player.motion) {
     const q = y.subarray(0, N), u = y.subarray(N), { program } = this.program, { p } = motion;
-    if (p.some((value, i) => value !== this.p[i])) {
-      this.p.set(p);
-      program.hoist?.(this.p, motion.system.f, this.program.k);
+    extended(p);
+    if (p.some((value, i) => value !== this.seen[i])) {
+      this.seen.set(p);
+      program.hoist?.(EXTENDED, motion.system.f, this.program.k);
     }
     this.solved = false;
     this.numbers.set(this.run(this.program, motion, t, q, u));
@@ -145,8 +152,8 @@ class Picture {
     const [from, to] = item.at.map((k) => this.numbers[k]), { figure, point } = item, values = [];
     for (let k = 0; k < figure.n; k++) {
       const part = k / (figure.n - 1);
-      this.p[this.running] = from * (1 - part) + to * part;
-      point.program.hoist?.(this.p, motion.system.f, point.k);
+      EXTENDED[this.running] = from * (1 - part) + to * part;
+      point.program.hoist?.(EXTENDED, motion.system.f, point.k);
       values.push(...this.run(point, motion, t, q, u));
     }
     return this.numbersOf(item, (k) => values[k]);
