@@ -6,7 +6,7 @@ use dynamics_runtime::model::{
     AssumptionKind, ConservedKind, ModelState, Portable, Quantity, SimulationModel, UnitDimension, Vector,
     names,
 };
-use dynamics_view::text::{json, json_number};
+use dynamics_view::text::{json, json_number, typeset};
 use dynamics_runtime::smooth::{Outside, Pieces};
 
 use crate::live::{Accuracy, Live, PageMethod};
@@ -87,7 +87,7 @@ fn words(name: &str) -> String {
 }
 
 fn named(quantity: &Quantity) -> String {
-    format!("\"name\":{},\"unit\":{}", json(quantity.name), json(quantity.unit))
+    format!("\"name\":{},\"unit\":{}", json(quantity.name), json(&typeset(quantity.unit)))
 }
 
 fn plain(quantities: &[Quantity]) -> String {

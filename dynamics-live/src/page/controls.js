@@ -7,7 +7,6 @@ const element = (tag, className = "", text = "") => {
   return made;
 };
 const threeDigits = (v) => Number(v.toPrecision(3));
-const clamp = (v, lo, hi) => Math.max(lo, Math.min(hi, v));
 
 // The symbols of the equations by the name of what they stand for, and the sliders of that name.
 const symbols = new Map(), slidersOf = new Map();

@@ -194,7 +194,7 @@ const probe = {
       if (this.next < shadow.t) shadow.at(this.next, y);
       else { y.set(shadow.q); y.set(shadow.u, N); }
       for (let i = 0; i < 2 * N; i++) { this.lo[i] = Math.min(this.lo[i], y[i]); this.hi[i] = Math.max(this.hi[i], y[i]); }
-      if (picture.program) picture.include(picture.evaluate(this.next, y, shadow));
+      if (picture.program) picture.include(picture.sample(this.next, y, shadow));
       this.next += player.pace / 30;
     }
     this.spent += performance.now() - began;
@@ -307,14 +307,16 @@ function begin() {
   listen();
   listenToPicture();
   listenToKeys();
-  bindSymbols(document);
+  bindSymbols($("equations"));
+  $("equations").hidden = !$("equations").querySelector("math");
   $("source").textContent = [PROGRAMS.accelerations, PROGRAMS.terms].filter(Boolean)
     .flatMap(({ hoist, run }) => [hoist, run]).filter(Boolean).map(String).join("\n\n");
   $("not-shown").replaceChildren(...(MODEL.not_portable ?? []).map((text) => element("li", "", text)));
   probe.work(performance.now() + 25);
   requestAnimationFrame(tick);
   if (!reducedMotion()) setPlaying(true);
-  if (picture.space) $("hint").textContent += "; drag the ground to turn, scroll or pinch to zoom";
+  if (!picture.handles().length && picture.program) $("hint").textContent = "";
+  if (picture.space) $("hint").textContent += ($("hint").textContent ? "; " : "") + "drag the ground to turn, scroll or pinch to zoom";
   if (!$("hint").classList.contains("stays")) setTimeout(() => $("hint").classList.add("gone"), 9000);
 }
 // For tests: what a frame costs, and the motion.

@@ -4,6 +4,7 @@ const N = MODEL.coordinates.length;
 const RATE = 60;      // instants recorded per second of playing
 const KEPT = 3600;    // instants that can be scrubbed through: one minute of playing
 
+const clamp = (v, lo, hi) => Math.max(lo, Math.min(hi, v));
 const HAS_ENERGY = Boolean(PROGRAMS.energy_function || PROGRAMS.kinetic_energy && PROGRAMS.potential_energy);
 const ENERGY_UNIT = MODEL.conserved.find(({ kind }) => /energy/i.test(kind))?.unit
   ?? MODEL.powers.find(({ unit }) => unit)?.unit.replace(/^W$/, "J") ?? "J";
@@ -63,6 +64,7 @@ class Player {
     this.playing = false;
     this.held = false;        // a finger moves the model
     this.start = null;        // { t, q, u, m }
+    this.begun = null;        // where the last step began
     this.w = this.motion.w;
     this.w.forEach((value, i) => { if (Number.isNaN(value)) this.w[i] = 0; });
     this.energies = new Float64Array(3);
@@ -141,25 +143,31 @@ class Player {
   balance() {
     const energy = this.energy(this.motion.t, this.motion.q, this.motion.u);
     this.reference = energy.E - this.motion.work;
-    this.scale = Math.max(Math.abs(energy.T), Math.abs(energy.V), Math.abs(energy.E));
+    this.scale = Math.max(Math.abs(energy.T || 0), Math.abs(energy.V || 0), Math.abs(energy.E || 0));
   }
   energy(t, q, u) {
     const [T, V, E] = this.motion.energies(this.energies, t, q, u);
     return { T, V, E };
   }
 
-  // Records the instant at time `t`, which the last step has reached.
-  record(t) {
+  // Where the motion stands, as `resume` takes it up; `energy` is what it would have there without any error.
+  here() {
+    const { t, q, u, m, work } = this.motion;
+    return { t, q: q.slice(), u: u.slice(), m: Array.from(m), energy: this.reference + work };
+  }
+
+  // Records the instant at time `t`, which the last step has reached; `begun` is where that step began.
+  record(t, begun = this.here()) {
     const { motion } = this, y = new Float64Array(2 * N);
     if (t < motion.t) motion.at(t, y);
     else { y.set(motion.q); y.set(motion.u, N); }
     const q = y.subarray(0, N), u = y.subarray(N), energy = this.energy(t, q, u);
     // Errors are those of the method at the end of its step, not those of the interpolation.
     const exact = t < motion.t ? this.energy(motion.t, motion.q, motion.u) : energy;
-    this.scale = Math.max(this.scale, Math.abs(energy.T || 0), Math.abs(energy.V || 0), Math.abs(energy.E));
+    this.scale = Math.max(this.scale, Math.abs(energy.T || 0), Math.abs(energy.V || 0), Math.abs(energy.E || 0));
     const instant = {
-      y, t, m: Array.from(motion.m ?? []), energy, drift: exact.E - this.motion.work - this.reference,
-      work: this.motion.work, residual: Math.max(...motion.residual()), channels: null, picture: null,
+      y, t, begun, m: Array.from(motion.m), energy, drift: exact.E - motion.work - this.reference,
+      residual: Math.max(...motion.residual()), channels: null,
     };
     instant.channels = Float64Array.from(this.channels, (channel) => channel.of(instant));
     this.instants.push(instant);
@@ -175,6 +183,7 @@ class Player {
       return "ended";
     }
     while (motion.t < t) {
+      this.begun = this.here();
       const before = motion.events[motion.events.length - 1];
       if (!motion.step(this.method, this.accuracy, this.end)) {
         this.reason = motion.reason || "the motion cannot go on";
@@ -184,7 +193,7 @@ class Player {
       this.events.push(...motion.events.slice(seen));
       if (performance.now() > deadline && motion.t < t) return "late";
     }
-    this.record(t);
+    this.record(t, this.begun);
     return "more";
   }
 
@@ -193,16 +202,20 @@ class Player {
     const k = Math.max(this.first, Math.floor(this.head + 1e-6));
     if (k < this.last) this.resume(k);
   }
-  // Puts the motion to a recorded instant; returns what refuses it, or null.
+  // Puts the motion to a recorded instant; returns what refuses it, or null. The last step before it is made
+  // again to end there: a state between steps is interpolated, and not as exact.
   resume(k = this.last) {
-    const instant = this.instant(k), { y, m, t } = instant;
+    const { y, m, t, begun } = this.instant(k), { motion } = this;
     this.instants.length = k - this.first + 1;
     this.events = this.events.filter((event) => event.t <= t);
-    const refusal = this.place(t, y.slice(0, N), y.slice(N), m);
-    this.reason = refusal;
     this.head = Math.min(this.head, k);
-    // The works begin at zero again; what they were is part of the reference.
-    this.reference += instant.work - this.motion.work;
+    let refusal = this.place(begun.t, begun.q.slice(), begun.u.slice(), begun.m), made = !refusal;
+    while (made && motion.t < t) made = motion.step(this.method, this.accuracy, t);
+    if (!made) refusal = this.place(t, y.slice(0, N), y.slice(N), m);
+    this.reason = refusal;
+    // Works begin at zero again.
+    this.reference = begun.energy;
+    this.begun = begun;
     return refusal;
   }
 

@@ -17,47 +17,58 @@ function ticks(lo, hi, most) {
   return marks;
 }
 
-// Grid, labels and the unit of the upright axis; returns where values are on the canvas.
-function drawAxes({ pen, width, height }, x, y) {
-  const X = (v) => EDGE.left + (width - EDGE.left - EDGE.right) * (v - x.lo) / (x.hi - x.lo);
-  const Y = (v) => height - EDGE.bottom - (height - EDGE.bottom - EDGE.top) * (v - y.lo) / (y.hi - y.lo);
-  const across = x.marks ?? ticks(x.lo, x.hi, Math.max(2, width / 70));
+// How an axis labels its values: as many digits as tell neighbours apart, without a power that its unit has.
+function labelsOf({ lo, hi, label }) {
+  if (label) return { power: 0, of: label };
+  const power = powerOf(lo, hi), span = hi - lo, most = Math.max(Math.abs(lo), Math.abs(hi));
+  const digits = clamp(2 + Math.ceil(Math.log10(most / span)), 3, 9);
+  return { power, of: (v) => number(Math.abs(v) < 1e-9 * span ? 0 : v / 10 ** power, digits) };
+}
+
+// Grid, labels and units of axes { lo, hi, unit, marks, label }; returns where values are on the canvas, and
+// leaves the left edge of the plot in `drawing`.
+function drawAxes(drawing, x, y) {
+  const { pen, width, height } = drawing, [below, beside] = [labelsOf(x), labelsOf(y)];
+  pen.font = "11px system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif";
   const upright = y.marks ?? ticks(y.lo, y.hi, Math.max(2, height / 38));
-  const labels = (axis) => {
-    const power = axis.label ? 0 : powerOf(axis.lo, axis.hi);
-    return { power, of: axis.label ?? ((v) => number(Math.abs(v) < 1e-9 * (axis.hi - axis.lo) ? 0 : v / 10 ** power, 4)) };
-  };
-  const [below, beside] = [labels(x), labels(y)];
+  const left = Math.max(EDGE.left, ...upright.map((v) => pen.measureText(beside.of(v)).width + 10));
+  const across = x.marks ?? ticks(x.lo, x.hi, Math.max(2, (width - left) / 70));
+  const X = (v) => left + (width - left - EDGE.right) * (v - x.lo) / (x.hi - x.lo);
+  const Y = (v) => height - EDGE.bottom - (height - EDGE.bottom - EDGE.top) * (v - y.lo) / (y.hi - y.lo);
+  const line = (x0, y0, x1, y1) => { pen.moveTo(x0, y0); pen.lineTo(x1, y1); };
   pen.strokeStyle = palette.rule;
   pen.lineWidth = 1;
   pen.beginPath();
-  for (const v of across) { pen.moveTo(Math.round(X(v)) + 0.5, EDGE.top); pen.lineTo(Math.round(X(v)) + 0.5, height - EDGE.bottom); }
-  for (const v of upright) { pen.moveTo(EDGE.left, Math.round(Y(v)) + 0.5); pen.lineTo(width - EDGE.right, Math.round(Y(v)) + 0.5); }
+  for (const v of across.map((v) => Math.round(X(v)) + 0.5)) line(v, EDGE.top, v, height - EDGE.bottom);
+  for (const v of upright.map((v) => Math.round(Y(v)) + 0.5)) line(left, v, width - EDGE.right, v);
   pen.stroke();
-  pen.font = "11px system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif";
   pen.fillStyle = palette.quiet;
   pen.textAlign = "center";
   pen.textBaseline = "top";
   // The unit stands at the end of its axis, in place of a label that it would meet.
   const unit = scaled(below.power, x.unit), free = width - pen.measureText(unit).width - 10;
+  let taken = 0;
   for (const v of across) {
-    const text = below.of(v);
-    if (X(v) + pen.measureText(text).width / 2 < free) pen.fillText(text, X(v), height - EDGE.bottom + 5);
+    const text = below.of(v), half = pen.measureText(text).width / 2;
+    if (X(v) + half > free || X(v) - half < taken) continue;
+    pen.fillText(text, X(v), height - EDGE.bottom + 5);
+    taken = X(v) + half + 6;
   }
   pen.textAlign = "right";
   pen.fillText(unit, width - 2, height - EDGE.bottom + 5);
   pen.textBaseline = "middle";
-  for (const v of upright) pen.fillText(beside.of(v), EDGE.left - 5, Y(v));
+  for (const v of upright) pen.fillText(beside.of(v), left - 5, Y(v));
   pen.textAlign = "left";
   pen.textBaseline = "top";
   pen.fillText(scaled(beside.power, y.unit), 4, 1);
+  drawing.left = left;
   return { X, Y };
 }
 
-function clipped({ pen, width, height }, paint) {
+function clipped({ pen, width, height, left }, paint) {
   pen.save();
   pen.beginPath();
-  pen.rect(EDGE.left, EDGE.top - 5, width - EDGE.left - EDGE.right + 5, height - EDGE.top - EDGE.bottom + 10);
+  pen.rect(left, EDGE.top - 5, width - left - EDGE.right + 5, height - EDGE.top - EDGE.bottom + 10);
   pen.clip();
   pen.lineJoin = pen.lineCap = "round";
   paint();

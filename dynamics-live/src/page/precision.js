@@ -4,7 +4,9 @@
 const TINTS = { euler: "quiet", rk4: "green", dp5: "blue", dop853: "purple", midpoint: "amber" };
 const TOLERANCES = [1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13];
 const STEPS = [0.05, 0.02, 0.01, 0.005, 0.002, 0.001];   // parts of the pace
-const MOST_EVALUATIONS = 2e5;   // of one run; a reference that needs more shortens the horizon
+// Most evaluations of a run, and of a reference. One that needs more gives way to the implicit method, and
+// where that does not get there either, the horizon is shortened.
+const MOST_EVALUATIONS = 5e4, MOST_OF_REFERENCE = 3e5;
 const SETTLING = 250;           // milliseconds without a change before the runs begin
 const compared = Object.keys(METHODS).filter((id) => !METHODS[id].teaching);
 
@@ -14,16 +16,17 @@ class Precision {
     this.stale();
   }
   stale() {
-    Object.assign(this, { jobs: [], runs: [], reference: null, band: 0, wanted: true, since: performance.now(), words: "" });
-    this.running = false;
+    Object.assign(this, { jobs: [], wanted: true, since: performance.now(), span: undefined, stiff: false });
+    Object.assign(this, { runs: [], reference: null, band: 0, words: "", shortened: 0, running: false });
   }
   get busy() { return this.wanted || this.jobs.length > 0; }
   plan() {
     const { player } = this, { t, q, u, m } = player.start;
     this.wanted = false;
     this.start = { t, q: Float64Array.from(q), u: Float64Array.from(u), m: Array.from(m) };
-    this.span = Math.min(5 * player.pace, player.end - t);
-    this.jobs = [1e-14, 1e-13].map((accuracy) => ({ method: "dop853", accuracy, reference: true }));
+    this.span ??= Math.min(5 * player.pace, player.end - t);
+    const [best, accuracies] = this.stiff ? ["midpoint", [this.span / 8000, this.span / 4000]] : ["dop853", [1e-14, 1e-13]];
+    this.jobs = accuracies.map((accuracy) => ({ method: best, accuracy, reference: true }));
     for (const method of compared) {
       const { fixed } = METHODS[method], list = fixed ? STEPS.map((h) => Number((h * player.pace).toPrecision(3))) : TOLERANCES;
       for (const accuracy of list) this.jobs.push({ method, accuracy });
@@ -46,37 +49,40 @@ class Precision {
     let news = false;
     while (this.jobs.length && performance.now() < deadline) {
       const [job] = this.jobs, { shadow } = this, end = this.start.t + this.span;
+      const most = job.reference ? MOST_OF_REFERENCE : MOST_EVALUATIONS;
       let fine = this.running || this.begin();
-      while (fine && shadow.t < end && shadow.evaluations < MOST_EVALUATIONS && performance.now() < deadline) {
+      while (fine && shadow.t < end && shadow.evaluations < most && performance.now() < deadline) {
         fine = shadow.step(job.method, job.accuracy, end);
       }
-      if (fine && shadow.t < end && shadow.evaluations < MOST_EVALUATIONS) return news;
+      if (fine && shadow.t < end && shadow.evaluations < most) return news;
       this.running = false;
       this.jobs.shift();
-      this.finish(job, fine && shadow.t >= end);
+      this.finish(job, fine && shadow.t >= end, fine);
       news = true;
     }
     return news;
   }
-  finish(job, done) {
+  finish(job, done, fine) {
     const { shadow } = this, cost = shadow.evaluations, state = Float64Array.from(shadow.q);
     if (!job.reference) { this.runs.push({ ...job, cost, error: done ? this.distance(state) : Infinity }); return; }
     if (done && this.reference) this.band = Math.max(this.distance(state), 1e-16 * this.size());
     else if (done) this.reference = state;
+    else if (fine && !this.stiff) this.restart({ stiff: true });
     else this.shorten(shadow.t - this.start.t);
+  }
+  restart(change) {
+    Object.assign(this, { reference: null, band: 0, runs: [] }, change);
+    this.plan();
   }
   // The horizon ends where the reference did, rounded down; without any way there is nothing to compare.
   shorten(reached) {
     const span = reached > 0 ? roundStep(0.2 * reached) : 0;
-    if (!(span > 1e-9 * this.player.pace) || this.shortened > 4) {
-      this.jobs = [];
-      this.words = "no reference can be computed from here";
+    if (span > 1e-9 * this.player.pace && this.shortened < 4) {
+      this.restart({ span, shortened: this.shortened + 1 });
       return;
     }
-    this.shortened = (this.shortened ?? 0) + 1;
-    this.plan();
-    this.span = span;
-    this.reference = null;
+    this.jobs = [];
+    this.words = "no reference can be computed from here";
   }
   // Coordinates of one unit are compared in it, others by their size.
   get unit() {
@@ -106,7 +112,7 @@ class Precision {
       if (this.band) {
         const top = place.Y(Math.log10(this.band));
         pen.fillStyle = palette.rule;
-        pen.fillRect(EDGE.left, top, width, height);
+        pen.fillRect(drawing.left, top, width, height);
       }
       for (const method of compared) this.drawMethod(pen, method, place, y);
     });

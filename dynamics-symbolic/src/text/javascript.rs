@@ -5,17 +5,18 @@
 //! constants, smooth functions, time, coordinates, velocities, inputs, modes, accelerations, multipliers, and
 //! where the results go. All programs have the same arguments, so that a page calls them all in one way.
 
+mod picture;
+
 use crate::algebra::{Guard, Unrolled};
 use crate::compile::{ConstraintPrograms, Programs};
-use crate::graph::{Binary, Comparison, Symbol, Unary};
-use crate::mechanics::{Equations, Model, Solution};
+use crate::graph::{Binary, Comparison, Number, Symbol, Unary};
+use crate::mechanics::{Equations, Extra, Figures, Model, Solution};
 use crate::schedule::Program;
 
 use super::mathml::{Dots, symbol_mathml};
 use super::program::Line;
 use super::source::{Function, Language, element, function, literal};
 use super::target::{Level, Target, Text, comparison_sign};
-use crate::graph::Number;
 
 /// Most operations of all programs of a page together.
 const MOST_OPERATIONS: usize = 20_000;
@@ -33,7 +34,8 @@ pub struct Portability {
 
 /// The programs of a model in JavaScript.
 #[must_use]
-pub fn javascript(model: &Model, equations: &Equations, programs: &Programs) -> Portability {
+pub fn javascript(model: &mut Model, equations: &Equations, programs: &Programs) -> Portability {
+    let shown = model.picture.take().unwrap_or_default();
     let printed = Printed::of(programs);
     let operations: usize =
         printed.all().map(|program| program.hoisted_cost.total() + program.cost.total()).sum();
@@ -42,10 +44,20 @@ pub fn javascript(model: &Model, equations: &Equations, programs: &Programs) -> 
             format!("its programs take {operations} operations; a page holds at most {MOST_OPERATIONS}");
         return Portability { javascript: String::new(), symbols: symbols(model), obstacles: vec![obstacle] };
     }
-    let language = JavaScript { functions: model.functions.iter().map(|f| f.name.clone()).collect() };
+    let language = JavaScript {
+        functions: model.functions.iter().map(|f| f.name.clone()).collect(),
+        parameters: model.parameters.len() as u32,
+        extras: shown.extras.clone(),
+    };
+    let mut obstacles = Vec::new();
+    if let Figures::NotFollowed(reason) = &shown.figures {
+        obstacles.push(format!("{reason}: its page draws points"));
+    }
+    let (picture, about) = picture::picture(&language, model, shown);
     let object = |program: &Program| function(&language, model, program);
     let mut out = String::from("({\n");
-    out.push_str(&sizes(model, equations));
+    out.push_str(&sizes(model, equations, &about));
+    out.push_str(&picture);
     for (name, program) in &printed.named {
         out.push_str(&format!("{name}: {},\n", object(program)));
     }
@@ -67,7 +79,7 @@ pub fn javascript(model: &Model, equations: &Equations, programs: &Programs) -> 
         out.push_str("],\n");
     }
     out.push_str("})");
-    Portability { javascript: out, symbols: symbols(model), obstacles: Vec::new() }
+    Portability { javascript: out, symbols: symbols(model), obstacles }
 }
 
 /// The smallest admissible ratios of the pivots at the end of a solution's programs to their scales. A pivot that
@@ -91,15 +103,14 @@ fn symbols(model: &Model) -> Vec<String> {
 }
 
 /// Numbers of everything, and which coordinate each pivot belongs to.
-fn sizes(model: &Model, equations: &Equations) -> String {
+fn sizes(model: &Model, equations: &Equations, about: &str) -> String {
     let rows = equations.constraints.as_ref().map_or(0, |c| c.rows.len());
     let holonomic = equations.constraints.as_ref().map_or(0, |c| c.residual.len());
     let switched = model.constraints.iter().filter(|c| c.switched).count();
     let pivots: Vec<usize> = equations.pivots.iter().map(|pivot| pivot.coordinate).collect();
-    let positive = equations.energies.is_some();
     format!(
         "sizes: {{ coordinates: {}, parameters: {}, inputs: {}, rows: {rows}, holonomic: {holonomic}, \
-         switched: {switched}, speeds: {} }},\nmodel: {{ pivots: {pivots:?}, positive: {positive} }},\n",
+         switched: {switched}, speeds: {} }},\nmodel: {{ pivots: {pivots:?}, {about} }},\n",
         model.coordinates.len(),
         model.parameters.len(),
         model.inputs.len(),
@@ -157,11 +168,24 @@ fn of_constraints(programs: &ConstraintPrograms) -> Vec<(&'static str, &Program)
 struct JavaScript {
     /// Names of the smooth functions, in order.
     functions: Vec<String>,
+    /// Number of the parameters of the model.
+    parameters: u32,
+    /// What the parameters behind them are.
+    extras: Vec<Extra>,
 }
 
 impl Target for JavaScript {
     fn symbol(&self, _model: &Model, symbol: Symbol) -> Text {
-        Text::atom(element(symbol))
+        let extra = match symbol {
+            Symbol::Parameter(i) => i.checked_sub(self.parameters).and_then(|i| self.extras.get(i as usize)),
+            _ => None,
+        };
+        Text::atom(match extra {
+            None => element(symbol),
+            Some(Extra::Running) => "s".to_owned(),
+            Some(Extra::Start(function)) => format!("f[{}].domain[0]", function.0),
+            Some(Extra::End(function)) => format!("f[{}].domain[1]", function.0),
+        })
     }
     fn smooth(&self, name: &str, order: u8, argument: &Text) -> Text {
         let index = self.functions.iter().position(|known| known == name);
