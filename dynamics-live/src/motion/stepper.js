@@ -58,13 +58,18 @@ class Stepper {
     this.from = { t: 0, ...state() };
     /** The end of the present attempt. */
     this.next = state();
-    // Of every stage its state (q, u, λ) and its derivative (k_q, k_u).
+    // Of every stage its state (q, u, λ) and its derivative (k_q, k_u), which lie one behind the other.
     const vectors = (length) => Array.from({ length: MOST_STAGES }, () => new Float64Array(length));
-    this.stage = { q: vectors(n), u: vectors(n), l: vectors(r), k_q: vectors(n), k_u: vectors(n) };
+    this.slopes = new Float64Array(MOST_STAGES * 2 * n);
+    const part = (from) => (_, s) => this.slopes.subarray(2 * n * s + from, 2 * n * s + from + n);
+    const parts = (from) => Array.from({ length: MOST_STAGES }, part(from));
+    this.stage = { q: vectors(n), u: vectors(n), l: vectors(r), k_q: parts(0), k_u: parts(n) };
     this.error_q = new Float64Array(n);
     this.error_u = new Float64Array(n);
     this.third_q = new Float64Array(n);
     this.third_u = new Float64Array(n);
+    this.slope_q = new Float64Array(n);
+    this.slope_u = new Float64Array(n);
     this.midpoint = new ImplicitMidpoint(this);
     this.steps = 0;
     this.rejected = 0;
@@ -106,35 +111,39 @@ class Stepper {
 
   /** y + h Σ w k into a state, with the operations in the order of the library. */
   combine(to_q, to_u, h, { stages, weights }) {
-    const { n, q, u } = this,
-      { k_q, k_u } = this.stage,
+    const { n, q, u, slopes } = this,
+      width = 2 * n,
       count = stages.length;
     for (let i = 0; i < n; i++) {
       let of_q = 0,
         of_u = 0;
       for (let j = 0; j < count; j++) {
-        of_q += weights[j] * k_q[stages[j]][i];
-        of_u += weights[j] * k_u[stages[j]][i];
+        const at = stages[j] * width + i,
+          weight = weights[j];
+        of_q += weight * slopes[at];
+        of_u += weight * slopes[at + n];
       }
       to_q[i] = q[i] + h * of_q;
       to_u[i] = u[i] + h * of_u;
     }
   }
 
-  /** Σ w k into (error_q, error_u). */
-  sum({ stages, weights }) {
-    const { n, error_q, error_u } = this,
-      { k_q, k_u } = this.stage,
+  /** Σ w k into (error_q, error_u), or into other vectors. */
+  sum({ stages, weights }, of_q = this.error_q, of_u = this.error_u) {
+    const { n, slopes } = this,
+      width = 2 * n,
       count = stages.length;
     for (let i = 0; i < n; i++) {
-      let of_q = 0,
-        of_u = 0;
+      let sum_q = 0,
+        sum_u = 0;
       for (let j = 0; j < count; j++) {
-        of_q += weights[j] * k_q[stages[j]][i];
-        of_u += weights[j] * k_u[stages[j]][i];
+        const at = stages[j] * width + i,
+          weight = weights[j];
+        sum_q += weight * slopes[at];
+        sum_u += weight * slopes[at + n];
       }
-      error_q[i] = of_q;
-      error_u[i] = of_u;
+      of_q[i] = sum_q;
+      of_u[i] = sum_u;
     }
   }
 
@@ -391,25 +400,17 @@ class Stepper {
     }
     // Two estimates: ‖e₅‖²/√(‖e₅‖² + 0.01 ‖e₃‖²).
     const of_fifth = this.square_sum(plan, this.error_q, this.error_u, next.q, next.u);
-    this.difference_from_result(result, third);
-    const of_third = this.square_sum(plan, this.third_q, this.third_u, next.q, next.u);
+    const { third_q, third_u, slope_q, slope_u } = this;
+    this.sum(result, slope_q, slope_u);
+    this.sum(third, third_q, third_u);
+    for (let i = 0; i < this.n; i++) {
+      third_q[i] = slope_q[i] - third_q[i];
+      third_u[i] = slope_u[i] - third_u[i];
+    }
+    const of_third = this.square_sum(plan, third_q, third_u, next.q, next.u);
     const both = of_fifth + 0.01 * of_third;
     this.error = both > 0 ? (Math.abs(h) * of_fifth) / Math.sqrt(2 * this.n * both) : both;
     return null;
-  }
-
-  /** The slope of the result less that of the embedded result of order three. */
-  difference_from_result(result, third) {
-    const { k_q, k_u } = this.stage,
-      total = (k, i, { stages, weights }) => {
-        let sum = 0;
-        for (let j = 0; j < stages.length; j++) sum += weights[j] * k[stages[j]][i];
-        return sum;
-      };
-    for (let i = 0; i < this.n; i++) {
-      this.third_q[i] = total(k_q, i, result) - total(k_q, i, third);
-      this.third_u[i] = total(k_u, i, result) - total(k_u, i, third);
-    }
   }
 
   /** u₁ = u₀ + h a₀, q₁ = q₀ + h u₁. */
