@@ -340,6 +340,7 @@ class EventLocator {
       if (!this.switch(this.model_events + untenable, false)) return false;
     }
     motion.jumped = jumped;
+    motion.switching.restart();
     motion.work += motion.energies(energy)[2] - before || 0;
     if (motion.plan !== null) {
       [motion.plan.origin, motion.plan.count] = [motion.t, 0];

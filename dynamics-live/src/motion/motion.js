@@ -171,6 +171,7 @@ class Motion extends Stepper {
     from.a.set(this.a);
     from.l.set(this.l);
     this.jumped = null;
+    this.switching.restart();
     if (this.plan !== null) {
       this.plan.origin = this.t;
       this.plan.count = 0;
@@ -206,7 +207,10 @@ class Motion extends Stepper {
     if (!system.has("kinks") || plan === null || plan.fixed) return true;
     const values = system.value("kinks", this.t, this.q, this.u, this.a, this.l);
     this.kinks ??= Array.from(values, (value) => ({ sign: Math.sign(value), steps: 0, changes: 0 }));
+    const { kink_functions } = system.programs;
     for (let i = 0; i < values.length; i++) {
+      // The argument of a smooth function decides by its piece, not by its sign.
+      if (kink_functions?.[i] != null) continue;
       const kink = this.kinks[i],
         sign = Math.sign(values[i]);
       if (sign !== kink.sign) kink.changes++;
@@ -300,32 +304,9 @@ class Motion extends Stepper {
     const { n, from } = this,
       h = this.t - this.t0,
       theta = h === 0 ? 1 : (t - this.t0) / h;
-    const to = this.jumped ?? this;
-    if (theta >= 1 || h === 0) {
-      out.set(this.q);
-      out.set(this.u, n);
-      return out;
-    }
-    const blend = theta * theta * theta * (10 + theta * (6 * theta - 15));
-    for (let i = 0; i < n; i++) {
-      const second = 0.5 * h * h * from.a[i];
-      let position = to.q[i] - from.q[i] - h * from.u[i] - second,
-        rounding = 0;
-      const slope = h * to.u[i] - h * from.u[i] - 2 * second,
-        curvature = h * h * to.a[i] - 2 * second;
-      // A part of q₁ − q₀ that is rounding belongs to q alone: u would divide it by h.
-      const excess = position - 0.5 * slope + curvature / 12;
-      if (Math.abs(excess) <= 2 * Number.EPSILON * Math.max(Math.abs(from.q[i]), Math.abs(to.q[i]))) {
-        [rounding, position] = [excess, position - excess];
-      }
-      const c3 = 10 * position - 4 * slope + 0.5 * curvature,
-        c4 = -15 * position + 7 * slope - curvature;
-      const c5 = 6 * position - 3 * slope + 0.5 * curvature,
-        cubic = c3 + theta * (c4 + theta * c5);
-      out[i] = from.q[i] + theta * (h * from.u[i] + theta * (second + theta * cubic)) + rounding * blend;
-      out[n + i] =
-        from.u[i] + (theta * (2 * second + theta * (3 * c3 + theta * (4 * c4 + theta * 5 * c5)))) / h;
-    }
+    if (theta < 1 && h !== 0) return quintic(from, this.jumped ?? this, h, theta, n, out);
+    out.set(this.q);
+    out.set(this.u, n);
     return out;
   }
 

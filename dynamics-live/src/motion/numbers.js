@@ -165,6 +165,14 @@ function piecewise({ knots, coefficients, outside }) {
     }
     return polynomial(coefficients[low], x - knots[low], order);
   };
+  // The interval around x in which all derivatives are continuous.
+  derivative.piece = (x) => {
+    const turns = outside === "periodic" ? period * Math.floor((x - knots[0]) / period) : 0,
+      at = x - turns;
+    const next = knots.findIndex((knot) => knot > at);
+    const lower = next === 0 ? -Infinity : knots[next < 0 ? last : next - 1];
+    return [lower + turns, (next < 0 ? Infinity : knots[next]) + turns];
+  };
   derivative.domain = [knots[0], knots[last]];
   return derivative;
 }

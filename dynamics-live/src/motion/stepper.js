@@ -39,6 +39,34 @@ const HELPFUL_ERROR_PART = 0.1,
 /** Permitted errors of fixed steps, by which moves of their ends are judged: the library's default. */
 const TOLERANCE_OF_FIXED_STEPS = 1e-9;
 
+/**
+ * (q, u) at a part θ of a step of size h: the quintic through q, q̇ and q̈ of its ends.
+ *
+ * A part of q₁ − q₀ that is rounding belongs to q alone; u would divide it by h.
+ */
+function quintic(from, to, h, theta, n, out) {
+  const blend = theta * theta * theta * (10 + theta * (6 * theta - 15));
+  for (let i = 0; i < n; i++) {
+    const second = 0.5 * h * h * from.a[i];
+    let position = to.q[i] - from.q[i] - h * from.u[i] - second,
+      rounding = 0;
+    const slope = h * to.u[i] - h * from.u[i] - 2 * second,
+      curvature = h * h * to.a[i] - 2 * second;
+    const excess = position - 0.5 * slope + curvature / 12;
+    if (Math.abs(excess) <= 2 * Number.EPSILON * Math.max(Math.abs(from.q[i]), Math.abs(to.q[i]))) {
+      [rounding, position] = [excess, position - excess];
+    }
+    const c3 = 10 * position - 4 * slope + 0.5 * curvature,
+      c4 = -15 * position + 7 * slope - curvature;
+    const c5 = 6 * position - 3 * slope + 0.5 * curvature,
+      cubic = c3 + theta * (c4 + theta * c5);
+    out[i] = from.q[i] + theta * (h * from.u[i] + theta * (second + theta * cubic)) + rounding * blend;
+    const bend = 3 * c3 + theta * (4 * c4 + theta * 5 * c5);
+    out[n + i] = from.u[i] + (theta * (2 * second + theta * bend)) / h;
+  }
+  return out;
+}
+
 class Stepper {
   constructor(system) {
     const { n, r } = system,
@@ -71,6 +99,7 @@ class Stepper {
     this.slope_q = new Float64Array(n);
     this.slope_u = new Float64Array(n);
     this.midpoint = new ImplicitMidpoint(this);
+    this.switching = new SwitchingFunctions(this);
     this.steps = 0;
     this.rejected = 0;
     this.work = 0;
@@ -186,6 +215,10 @@ class Stepper {
       failures = 0,
       chosen = null;
     crossing.begin_step();
+    if (!plan.fixed) {
+      this.limit = end;
+      this.switching.begin_step(this.next_time(end)[1]);
+    }
     for (;;) {
       let [to, h] = chosen ?? this.next_time(end);
       chosen = null;
@@ -195,6 +228,12 @@ class Stepper {
       }
       if (to === this.t) return system.fail({ kind: "time_not_resolved", t: this.t, h: plan.h });
       let failure = this.attempt(to, h);
+      const change = failure === null && !plan.fixed ? this.switching.first_change(to, h) : null;
+      if (change !== null) {
+        chosen = [this.t + change * h, change * h];
+        this.rejected++;
+        continue;
+      }
       if (r > 0 && plan.fixed) {
         const verdict = this.judge_crossing(retries, h, failure);
         if (verdict === "best") failure ??= this.check_disagreement(h);
@@ -237,6 +276,14 @@ class Stepper {
         return system.fail(failure);
       }
     }
+  }
+
+  /** Chooses the size of the next step anew, behind a change of the accelerations. */
+  restart_step_size() {
+    const { plan } = this,
+      proposed = first_step(this, plan, this.limit);
+    plan.h = Math.min(plan.h, proposed);
+    plan.controller.restart();
   }
 
   /** The end of a retry of a step of size h. */

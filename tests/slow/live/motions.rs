@@ -125,6 +125,53 @@ impl Plank {
     }
 }
 
+/// A bead on a track through points.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+struct BeadOnTrack {
+    g: f64,
+    track: CubicSpline,
+}
+
+#[dynamics]
+impl BeadOnTrack {
+    fn place(&self, q: &Coordinates<Self>) -> Vec2 {
+        vec2(q.x, self.track.at(q.x))
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.place(q).dt().norm_squared()
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        self.g * self.place(q).y
+    }
+}
+
+/// A valley with straight sides, and a damper that works on one of them.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+struct Valley {
+    slope: f64,
+    damping: f64,
+}
+
+#[dynamics]
+impl Valley {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn sides(&self, q: &Coordinates<Self>) -> Expr {
+        self.slope * q.x.abs()
+    }
+    #[force]
+    fn damper(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, if q.x > 0.0 { -self.damping * q.x.dt() } else { 0.0 * q.x })
+    }
+}
+
 /// What is compared of a motion.
 #[derive(Clone, Debug)]
 struct Made {
@@ -282,6 +329,19 @@ fn change_points_are_passed_as_in_rust() {
     let start = model.state().a(1.0).c(1.0).a_rate(-1.0).c_rate(-1.0).build().unwrap();
     let methods = [By::Rk4(0.01), By::DormandPrince(1e-7), By::Dop853(1e-9)];
     compare(&Live::new(&model, start), || model.simulate(start), 5.0, &methods);
+}
+
+/// Knots of a spline and corners of a potential: steps end there.
+#[test]
+fn steps_end_where_accelerations_are_not_smooth() {
+    let track = CubicSpline::natural(&[-4.0, -1.0, 0.5, 2.0, 4.0], &[3.0, 0.4, 0.1, 0.9, 3.4]).unwrap();
+    let model = BeadOnTrack { g: 9.81, track };
+    let start = model.state().x(-2.0).build().unwrap();
+    let methods = [By::DormandPrince(1e-6), By::DormandPrince(1e-9), By::Dop853(1e-9)];
+    compare(&Live::new(&model, start), || model.simulate(start), 10.0, &methods);
+    let model = Valley { slope: 3.0, damping: 0.1 };
+    let start = model.state().x(1.0).build().unwrap();
+    compare(&Live::new(&model, start), || model.simulate(start), 10.0, &methods);
 }
 
 #[test]
