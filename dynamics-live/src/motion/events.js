@@ -553,7 +553,7 @@ function refined(column, g) {
 }
 
 /** The crossings (θ, direction) of a function that is followed from sample to sample from a known sign on. */
-function follow(column, sign, g) {
+function follow(column, sign, g, resolution = CROSSING_RESOLUTION) {
   const found = [];
   for (let k = 1; k < column.length; k++) {
     const to = column[k],
@@ -561,7 +561,7 @@ function follow(column, sign, g) {
     if (now === 0 || now === sign) continue;
     if (sign !== 0) {
       const from = column[k - 1];
-      found.push([sign_of(from[1]) === sign ? illinois(g, from, to) : from[0], now]);
+      found.push([sign_of(from[1]) === sign ? illinois(g, from, to, resolution) : from[0], now]);
     }
     sign = now;
   }
@@ -569,8 +569,8 @@ function follow(column, sign, g) {
 }
 
 /** A root between two points of different signs by the Illinois method; the end beyond the crossing. */
-function illinois(g, [a, ga], [b, gb]) {
-  for (let turn = 0; turn < 100 && b - a > CROSSING_RESOLUTION; turn++) {
+function illinois(g, [a, ga], [b, gb], resolution) {
+  for (let turn = 0; turn < 100 && b - a > resolution; turn++) {
     let x = b - (gb * (b - a)) / (gb - ga);
     // Every third step halves the interval, so that it ends even where the function jumps.
     if (!(x > a && x < b) || turn % 3 === 2) x = 0.5 * (a + b);

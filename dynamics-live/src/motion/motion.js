@@ -1,7 +1,7 @@
 // One motion of a model: its state, what happens in its steps, and what lies between their ends.
 
-/** So many steps in a row are looked at for a motion that chatters. */
-const CHATTER_STEPS = 100;
+/** So often in a row accelerations are found to lead back to a jump before the motion counts as resting on it. */
+const MOST_SLIDES = 3;
 /** Condition of the constraints above which a failure has a singular position as its cause. */
 const SINGULAR_CONDITION = 1e3;
 
@@ -95,7 +95,6 @@ class Motion extends Stepper {
     this.evaluations = 0;
     this.events.length = 0;
     this.plan = null;
-    this.kinks = undefined;
     this.begin_here();
     this.evaluations++;
     return null;
@@ -198,36 +197,10 @@ class Motion extends Stepper {
     return made;
   }
 
-  /**
-   * Fails where the motion chatters on a jump of its accelerations, to which these lead back from both sides:
-   * a switching function that changes its sign in most of many steps in a row, under step control.
-   */
+  /** Fails where the motion rests on a jump of its accelerations, to which these lead back from both sides. */
   is_ahead() {
-    const { system, plan } = this;
-    if (!system.has("kinks") || plan === null || plan.fixed) return true;
-    const values = system.value("kinks", this.t, this.q, this.u, this.a, this.l);
-    this.kinks ??= Array.from(values, (value) => ({ sign: Math.sign(value), steps: 0, changes: 0 }));
-    const { kink_functions } = system.programs;
-    for (let i = 0; i < values.length; i++) {
-      // The argument of a smooth function decides by its piece, not by its sign.
-      if (kink_functions?.[i] != null) continue;
-      const kink = this.kinks[i],
-        sign = Math.sign(values[i]);
-      if (sign !== kink.sign) kink.changes++;
-      kink.sign = sign;
-      if (++kink.steps < CHATTER_STEPS) continue;
-      const chatters = kink.changes > 0.4 * CHATTER_STEPS;
-      [kink.steps, kink.changes] = [0, 0];
-      if (chatters) return system.fail({ kind: "rests_on_jump", coordinate: this.fastest() });
-    }
-    return true;
-  }
-
-  /** The coordinate with the largest acceleration. */
-  fastest() {
-    let most = 0;
-    for (let i = 1; i < this.n; i++) if (Math.abs(this.a[i]) > Math.abs(this.a[most])) most = i;
-    return most;
+    const { slides, jump } = this.switching;
+    return slides < MOST_SLIDES || this.system.fail({ kind: "rests_on_jump", coordinate: jump });
   }
 
   /** The cause behind a failure of a method, where there is a better word for it. */

@@ -135,7 +135,7 @@ class Stepper {
     const { q, u, l, k_q, k_u } = this.stage;
     if (this.projects_stages) this.system.constraints.project_between(t, q[s], u[s], this.plan);
     k_q[s].set(u[s]);
-    return this.system.accelerate(t, q[s], u[s], k_u[s], l[s]);
+    return this.switching.accelerate(t, q[s], u[s], k_u[s], l[s]);
   }
 
   /** y + h Σ w k into a state, with the operations in the order of the library. */
@@ -215,6 +215,7 @@ class Stepper {
       failures = 0,
       chosen = null;
     crossing.begin_step();
+    this.switching.holding = false;
     if (!plan.fixed) {
       this.limit = end;
       this.switching.begin_step(this.next_time(end)[1]);
@@ -410,7 +411,7 @@ class Stepper {
     if (method.first_same_as_last && !projected) {
       next.a.set(k_u[6]);
       next.l.set(l[6]);
-    } else if (!system.accelerate(to, next.q, next.u, next.a, next.l)) {
+    } else if (!this.switching.accelerate(to, next.q, next.u, next.a, next.l)) {
       return system.failure;
     }
     for (let i = 0; i < n; i++) {
