@@ -27,9 +27,9 @@ function extended(p) {
 // `kind` is that of `Figure` in lower case. `offsets` are the places of its numbers in the results of
 // `drawing`, in the order of `Shape::numbers`; [first, count] stands for `count` places one after another.
 // `style` is { color, fill, width, dashed }, each where it is not usual. `extra` is { dimension, closed,
-// filled, coils, text, beside, name }; `seconds: true` where a trace has its length as a number, `shown: true`
-// where the last number says whether the figure is drawn. A curve has { segments, point }: the program of a
-// point, with the running number as one more parameter.
+// filled, coils, text, beside, name }; `seconds: true` where a trace has its length as a number, and
+// `shown: true` where the last number says whether the figure is drawn. A curve has { segments, point }: the
+// program of a point, with the running number as one more parameter.
 function figureOf([name, offsets, style = {}, extra = {}]) {
   const run = ([first, count]) => Array.from({ length: count }, (_, k) => first + k);
   const at = offsets.flatMap((offset) => (Array.isArray(offset) ? run(offset) : [offset]));
@@ -79,7 +79,8 @@ function pointsFromDrawing() {
   const { drawing } = PROGRAMS;
   if (PROGRAMS.points || !DRAWN) return;
   const held = DRAWN.map(figureOf).filter(({ figure }) => figure.k === "disc" || figure.k === "dot");
-  const at = held.flatMap(({ at, dimension }) => at.slice(0, dimension)), numbers = new Float64Array(drawing.results);
+  const at = held.flatMap(({ at, dimension }) => at.slice(0, dimension));
+  const numbers = new Float64Array(drawing.results);
   if (!at.length) return;
   MODEL.points = held.map(({ figure, dimension }, k) => ({ name: `${figure.k} ${k + 1}`, dimension }));
   PROGRAMS.points = {
@@ -98,7 +99,9 @@ class Picture {
   constructor(canvas, player) {
     this.canvas = canvas;
     this.player = player;
-    this.space = MODEL.space ? makeSpace({ half: [1, 1, 1], eye: MODEL.eye ?? [-Math.PI / 3, Math.PI / 7] }) : null;
+    // The eye of recorded pages.
+    const eye = MODEL.eye ?? [-60, 25].map((degrees) => degrees * Math.PI / 180);
+    this.space = MODEL.space ? makeSpace({ half: [1, 1, 1], eye }) : null;
     this.painter = makePaint(this.space);
     const points = PROGRAMS.points && MODEL.points.length ? MODEL.points : null;
     const program = DRAWN ? PROGRAMS.drawing : points && PROGRAMS.points;
@@ -143,7 +146,8 @@ class Picture {
     this.numbers.set(this.run(this.program, motion, t, q, u));
     return this.figures.map((item) => {
       if (item.shown !== null && !this.numbers[item.shown]) return null;
-      const v = item.point ? this.curve(item, motion, t, q, u) : this.numbersOf(item, (k) => this.numbers[item.at[k]]);
+      const v = item.point ? this.curve(item, motion, t, q, u)
+        : this.numbersOf(item, (k) => this.numbers[item.at[k]]);
       return v.every(Number.isFinite) ? v : null;
     });
   }
@@ -212,7 +216,7 @@ class Picture {
     if (!box || !(box.lo[0] <= box.hi[0])) return;
     const middle = box.lo.map((lo, axis) => (lo + box.hi[axis]) / 2);
     const sides = box.lo.map((lo, axis) => (box.hi[axis] - lo) / 2);
-    const most = Math.max(...sides), least = Math.max(1e-9 * Math.max(...middle.map(Math.abs)), Number.MIN_VALUE);
+    const most = Math.max(...sides), least = 1e-9 * Math.max(...middle.map(Math.abs));
     const half = sides.map((side) => (most > least ? Math.max(side, 0.02 * most) : 1));
     const part = this.half && !reducedMotion() ? 0.12 : 1, toward = (a, b) => a + part * (b - a);
     const before = this.half ?? half;
@@ -225,7 +229,8 @@ class Picture {
   }
   // Scale and place of the middle that leave room at the edges for signs of fixed size.
   fit(width, height) {
-    const words = this.figures.some(({ figure }) => figure.k === "text"), edge = Math.min(34, 0.09 * Math.min(width, height));
+    const words = this.figures.some(({ figure }) => figure.k === "text");
+    const edge = Math.min(34, 0.09 * Math.min(width, height));
     let [left, right, down, up] = [-this.half[0], this.half[0], -this.half[1], this.half[1]];
     if (this.space) {
       const corners = (visit) => {
@@ -278,7 +283,8 @@ class Picture {
     pen.stroke();
   }
   onCanvas(point) {
-    const at = point.map((x, axis) => x - this.middle[axis]), [x, y] = this.space ? this.space.project(at) : at;
+    const at = point.map((x, axis) => x - this.middle[axis]);
+    const [x, y] = this.space ? this.space.project(at) : at;
     return [this.painter.px(x), this.painter.py(y)];
   }
 
@@ -349,14 +355,15 @@ class Picture {
   }
   // Lets go: what moved under the finger at the end flies on as it moved. True where it was moved at all.
   release(event) {
-    const { held, player } = this, { motion } = player, [from] = held.trail, to = held.trail[held.trail.length - 1];
+    const { held, player } = this, { motion } = player, { trail } = held;
+    const [from] = trail, to = trail[trail.length - 1];
     this.held = null;
     player.held = false;
     this.canvas.classList.remove("held");
     if (!from) return false;
     const seconds = (to.at - from.at) / 1000 * player.pace * player.speed;
     // A finger that rests before it lets go does not throw.
-    if (seconds > 0 && event.timeStamp - to.at < 60 && held.trail.length > 2) {
+    if (seconds > 0 && event.timeStamp - to.at < 60 && trail.length > 2) {
       const velocity = to.target.map((x, axis) => (x - from.target[axis]) / seconds);
       motion.throw_point(held.handle.index, this.ofModel(held.handle, velocity));
     }

@@ -44,7 +44,8 @@ function repeatingAngles(motion) {
     if (!angle) return false;
     const q = Float64Array.from(motion.q);
     q[i] += 2 * Math.PI;
-    return values(q).every((v, k) => Math.abs(v - here[k]) <= 1e-7 * (Math.abs(here[k]) + 1) || Number.isNaN(here[k]));
+    const same = (v, w) => Number.isNaN(w) || Math.abs(v - w) <= 1e-7 * (Math.abs(w) + 1);
+    return values(q).every((v, k) => same(v, here[k]));
   });
 }
 
@@ -91,12 +92,12 @@ class Player {
   get last() { return this.first + this.instants.length - 1; }
   time(k = this.head) { return this.start.t + k * this.dt; }
   instant(k) { return this.instants[k - this.first]; }
-  get end() { return MODEL.until === null || MODEL.until === undefined ? Infinity : this.start.t + MODEL.until; }
+  get end() { return this.start.t + (MODEL.until ?? Infinity); }
 
   // A new start; the text of a refusal, or null. A refused start leaves everything as it was.
   begin(start) {
     const { motion } = this, turn = 2 * Math.PI;
-    const q = start.q.map((x, i) => (this.repeats[i] && Math.abs(x) > Math.PI ? x - turn * Math.round(x / turn) : x));
+    const q = start.q.map((x, i) => (this.repeats[i] ? x - turn * Math.round(x / turn) : x));
     const refusal = this.place(start.t, q, Float64Array.from(start.u), start.m, start.chosen);
     if (refusal) {
       if (this.start) this.resume();
@@ -143,7 +144,7 @@ class Player {
   balance() {
     const energy = this.energy(this.motion.t, this.motion.q, this.motion.u);
     this.reference = energy.E - this.motion.work;
-    this.scale = Math.max(Math.abs(energy.T || 0), Math.abs(energy.V || 0), Math.abs(energy.E || 0));
+    this.scale = sizeOf(energy);
   }
   energy(t, q, u) {
     const [T, V, E] = this.motion.energies(this.energies, t, q, u);
@@ -164,7 +165,7 @@ class Player {
     const q = y.subarray(0, N), u = y.subarray(N), energy = this.energy(t, q, u);
     // Errors are those of the method at the end of its step, not those of the interpolation.
     const exact = t < motion.t ? this.energy(motion.t, motion.q, motion.u) : energy;
-    this.scale = Math.max(this.scale, Math.abs(energy.T || 0), Math.abs(energy.V || 0), Math.abs(energy.E || 0));
+    this.scale = Math.max(this.scale, sizeOf(energy));
     const instant = {
       y, t, begun, m: Array.from(motion.m), energy, drift: exact.E - motion.work - this.reference,
       residual: Math.max(...motion.residual()), channels: null,
@@ -249,9 +250,8 @@ class Player {
   fitStart() {
     const { constraints } = this.motion.system, { t } = this.start;
     const q = this.start.q.slice(), u = this.start.u.slice();
-    if (MODEL.rows.length && constraints.project_positions(t, q, u) && constraints.project_velocities(t, q, u)) {
-      Object.assign(this.start, { q, u });
-    }
+    if (!MODEL.rows.length || !constraints.project_positions(t, q, u)) return;
+    if (constraints.project_velocities(t, q, u)) Object.assign(this.start, { q, u });
   }
 
   // The state between the two instants about the head.
@@ -278,6 +278,9 @@ class Player {
     return { ended: state === "ended", reached: goal > from ? (this.head - from) / (goal - from) : 1 };
   }
 }
+
+// The largest of the energies that are known.
+const sizeOf = ({ T, V, E }) => Math.max(...[T, V, E].map((x) => Math.abs(x) || 0));
 
 // What can be plotted over time, by the names of MODEL.plots; names that are unknown are left out.
 function channelsOf(motion) {
