@@ -163,7 +163,8 @@ function addPlot(channel, k) {
 }
 // Without anything to draw, the coordinates over time stand in the picture's place.
 function makeStrip() {
-  const [{ unit }] = MODEL.coordinates, all = MODEL.coordinates.map((coordinate, i) => ({ ...coordinate, i }));
+  const [{ unit }] = MODEL.coordinates;
+  const all = MODEL.coordinates.map((coordinate, i) => ({ ...coordinate, i }));
   const shown = all.filter((coordinate) => coordinate.unit === unit).slice(0, HUES.length);
   const curves = shown.map(({ i }, k) => ({ color: HUES[k], of: ({ y }) => y[i] }));
   const strip = new TimePlot($("picture"), player, curves, unit);

@@ -6,52 +6,22 @@ const OWN_COLOR = {
   disc: "accent", dot: "accent", trace: "accent", cuboid: "accent", cone: "accent", ground: "faint",
   pivot: "faint",
 };
-// The figures that the program `drawing` gives the numbers of, or undefined.
-const DRAWN = PROGRAMS.drawing && (PROGRAMS.drawing.figures ?? PROGRAMS.figures);
-// Numbers that pictures read behind the parameters of the model: "running", the number that a curve runs
-// over, or ["start", f] and ["end", f], the ends of a smooth function.
-const EXTRAS = PROGRAMS.drawing?.extras ?? PROGRAMS.extras ?? [];
-const EXTENDED = new Float64Array(MODEL.parameters.length + EXTRAS.length);
-EXTRAS.forEach(([end, index], k) => {
-  const knots = MODEL.functions[index]?.knots;
-  if (knots) EXTENDED[MODEL.parameters.length + k] = knots[end === "start" ? 0 : knots.length - 1];
-});
-// Parameters of a motion, with those numbers behind them.
-function extended(p) {
-  EXTENDED.set(p);
-  return EXTENDED;
-}
 
 // A figure of the painters from one as the macro prints it: [kind, offsets, style, extra].
 //
-// `kind` is that of `Figure` in lower case. `offsets` are the places of its numbers in the results of
-// `drawing`, in the order of `Shape::numbers`; [first, count] stands for `count` places one after another.
-// `style` is { color, fill, width, dashed }, each where it is not usual. `extra` is { dimension, closed,
-// filled, coils, text, beside, name }; `seconds: true` where a trace has its length as a number, and
-// `shown: true` where the last number says whether the figure is drawn. A curve has { segments, point }: the
-// program of a point, with the running number as one more parameter.
-function figureOf([name, offsets, style = {}, extra = {}]) {
+// `kind` is that of `Figure` in lower case. `offsets` are the places of its numbers in the results of its
+// program; [first, count] stands for `count` places one after another. `style` is { c, f, w, d }: colour,
+// fill, width, dashed. `extra` is { n, z, b, name, text, filled, dimension }: corners or coils, closed, beside.
+// Places of numbers are `seconds`, how far a trace reaches back, and `shown`, zero while nothing is drawn.
+function figureOf([kind, offsets, style = {}, extra = {}]) {
   const run = ([first, count]) => Array.from({ length: count }, (_, k) => first + k);
   const at = offsets.flatMap((offset) => (Array.isArray(offset) ? run(offset) : [offset]));
-  const curve = name === "curve", dimension = extra.dimension ?? DIMENSION;
-  const k = name === "circle" && extra.filled ? "disc" : name === "polyline" || curve ? "line" : name;
-  const { color = "auto", fill, width = 2, dashed } = style;
-  const figure = {
-    k, f: fill, w: width, d: dashed, z: extra.closed, b: extra.beside, name: extra.name, s: extra.tail,
-    c: color === "auto" ? OWN_COLOR[k] ?? "ink" : color,
-  };
-  const shown = extra.shown ? at.pop() : null, seconds = extra.seconds ? at.pop() : null;
-  if (k === "line") figure.n = curve ? extra.segments + 1 : at.length / dimension;
-  if (k === "spring") figure.n = extra.coils ?? 9;
-  const point = curve ? bound(extra.point) : null;
-  return { figure, at, dimension, shown, seconds, point, words: extra.text ?? "" };
-}
-// A program with a place for its constants and its results, and whether it reads q̈ or λ.
-function bound(program) {
-  return {
-    program, k: new Float64Array(program.constants ?? 0), out: new Float64Array(program.results),
-    dynamic: /\b[al]\[/.test(program.run),
-  };
+  const k = kind === "circle" && extra.filled ? "disc" : kind === "polyline" ? "line" : kind;
+  const figure = { ...style, ...extra, k };
+  if (!figure.c || figure.c === "auto") figure.c = OWN_COLOR[k] ?? "ink";
+  if (k === "line") figure.n ??= at.length / (extra.dimension ?? DIMENSION);
+  const numbers = at.length - (numbersAfterPoints[k] ?? 0);
+  return { figure, at, words: extra.text ?? "", dimension: numbers / pointsOf(figure) };
 }
 
 // The picture of a model without one of its own: a chain from the origin through its points, as
@@ -76,19 +46,18 @@ function defaultFigures(points) {
 
 // A picture without named points is taken hold of by its discs and dots.
 function pointsFromDrawing() {
-  const { drawing } = PROGRAMS;
-  if (PROGRAMS.points || !DRAWN) return;
-  const held = DRAWN.map(figureOf).filter(({ figure }) => figure.k === "disc" || figure.k === "dot");
+  const { drawing, figures } = PROGRAMS;
+  if (PROGRAMS.points || !figures) return;
+  const held = figures.map(figureOf).filter(({ figure }) => figure.k === "disc" || figure.k === "dot");
   const at = held.flatMap(({ at, dimension }) => at.slice(0, dimension));
   const numbers = new Float64Array(drawing.results);
   if (!at.length) return;
   MODEL.points = held.map(({ figure, dimension }, k) => ({ name: `${figure.k} ${k + 1}`, dimension }));
   PROGRAMS.points = {
     ...drawing, results: at.length, dimensions: MODEL.points.map(({ dimension }) => dimension),
-    hoist: (p, f, k) => drawing.hoist?.(extended(p), f, k),
-    run(p, ...given) {
+    run(...given) {
       const out = given.pop();
-      drawing.run(extended(p), ...given, numbers);
+      drawing.run(...given, numbers);
       at.forEach((place, k) => { out[k] = numbers[place]; });
     },
   };
@@ -103,12 +72,12 @@ class Picture {
     const eye = MODEL.eye ?? [-60, 25].map((degrees) => degrees * Math.PI / 180);
     this.space = MODEL.space ? makeSpace({ half: [1, 1, 1], eye }) : null;
     this.painter = makePaint(this.space);
-    const points = PROGRAMS.points && MODEL.points.length ? MODEL.points : null;
-    const program = DRAWN ? PROGRAMS.drawing : points && PROGRAMS.points;
-    this.program = program ? bound(program) : null;
-    this.figures = (DRAWN ?? (points ? defaultFigures(points) : [])).map(figureOf);
+    const { drawing, figures, points } = PROGRAMS, program = figures ? drawing : points;
+    this.program = program ?? null;
+    this.dynamic = /\b[al]\[/.test(program?.run);   // whether it reads q̈ or λ
+    this.k = new Float64Array(program?.constants ?? 0);
+    this.figures = (figures ?? (points ? defaultFigures(MODEL.points) : [])).map(figureOf);
     this.traces = this.figures.flatMap(({ figure }, k) => (figure.k === "trace" ? [k] : []));
-    this.running = MODEL.parameters.length + EXTRAS.indexOf("running");
     this.seen = new Float64Array(MODEL.parameters.length).fill(NaN);   // parameters of the constants
     // The origin of a default picture stands behind the results.
     this.numbers = new Float64Array(program ? program.results + DIMENSION : 0);
@@ -122,49 +91,30 @@ class Picture {
     player.onRecord = (instant) => this.record(instant);
   }
 
-  // The results of a program at a state. Constants are computed anew where parameters have changed.
-  run({ program, k, out, dynamic }, motion, t, q, u) {
-    const { system } = motion, { a, l } = this;
-    if (dynamic && !this.solved) {
+  // The numbers of every figure at a state, as its painter takes them; null for one that is not drawn.
+  sample(t, y, motion = this.player.motion) {
+    const q = y.subarray(0, N), u = y.subarray(N), { program, k, a, l, numbers } = this, { system } = motion;
+    if (this.dynamic) {
       const count = system.evaluations;
       if (!system.accelerate(t, q, u, a, l)) { a.fill(NaN); l.fill(NaN); }
       system.evaluations = count;
-      this.solved = true;
     }
-    program.run(EXTENDED, k, system.f, t, q, u, system.w, system.m, a, l, out);
-    return out;
-  }
-  // The numbers of every figure at a state, as its painter takes them; null for one that is not drawn.
-  sample(t, y, motion = this.player.motion) {
-    const q = y.subarray(0, N), u = y.subarray(N), { program } = this.program, { p } = motion;
-    extended(p);
-    if (p.some((value, i) => value !== this.seen[i])) {
-      this.seen.set(p);
-      program.hoist?.(EXTENDED, motion.system.f, this.program.k);
+    // Constants are computed anew where parameters have changed.
+    if (system.p.some((value, i) => value !== this.seen[i])) {
+      this.seen.set(system.p);
+      program.hoist?.(system.p, system.f, k);
     }
-    this.solved = false;
-    this.numbers.set(this.run(this.program, motion, t, q, u));
+    program.run(system.p, k, system.f, t, q, u, system.w, system.m, a, l, numbers);
     return this.figures.map((item) => {
-      if (item.shown !== null && !this.numbers[item.shown]) return null;
-      const v = item.point ? this.curve(item, motion, t, q, u)
-        : this.numbersOf(item, (k) => this.numbers[item.at[k]]);
+      if (numbers[item.figure.shown] === 0) return null;
+      const v = this.numbersOf(item);
       return v.every(Number.isFinite) ? v : null;
     });
   }
-  // The points of a curve.
-  curve(item, motion, t, q, u) {
-    const [from, to] = item.at.map((k) => this.numbers[k]), { figure, point } = item, values = [];
-    for (let k = 0; k < figure.n; k++) {
-      const part = k / (figure.n - 1);
-      EXTENDED[this.running] = from * (1 - part) + to * part;
-      point.program.hoist?.(EXTENDED, motion.system.f, point.k);
-      values.push(...this.run(point, motion, t, q, u));
-    }
-    return this.numbersOf(item, (k) => values[k]);
-  }
   // In space, a point of the plane stands in the plane of x and z.
-  numbersOf({ figure, dimension }, of) {
+  numbersOf({ figure, at, dimension }) {
     const v = [], count = pointsOf(figure), rest = numbersAfterPoints[figure.k] ?? 0;
+    const of = (k) => this.numbers[at[k]];
     for (let k = 0; k < count * dimension; k += dimension) {
       if (this.space && dimension === 2) v.push(of(k), 0, of(k + 1));
       else for (let axis = 0; axis < dimension; axis++) v.push(of(k + axis));
@@ -262,8 +212,8 @@ class Picture {
   drawTraces(pen, sample) {
     const { player } = this, nowhere = new Array(DIMENSION).fill(NaN);
     this.traces.forEach((k, index) => {
-      const { figure, seconds } = this.figures[k], place = (v) => (v ? this.shift(figure, v) : nowhere);
-      const length = seconds === null ? figure.s : this.numbers[seconds];
+      const { figure } = this.figures[k], place = (v) => (v ? this.shift(figure, v) : nowhere);
+      const length = this.numbers[figure.seconds];
       this.painter.drawTrace(pen, figure, "blue", {
         at: (instant) => place(player.instant(instant).trace[index]), head: place(sample[k]),
         first: player.first, end: Math.min(Math.floor(player.head), player.last),
