@@ -11,7 +11,8 @@ const OWN_COLOR = {
 //
 // `kind` is that of `Figure` in lower case. `offsets` are the places of its numbers in the results of its
 // program; [first, count] stands for `count` places one after another. `style` is { c, f, w, d }: colour,
-// fill, width, dashed. `extra` is { n, z, b, name, text, filled, dimension }: corners or coils, closed, beside.
+// fill, width, dashed. `extra` is { n, z, b, name, text, filled, dimension }: corners or coils, closed,
+// beside.
 // Places of numbers are `seconds`, how far a trace reaches back, and `shown`, zero while nothing is drawn.
 function figureOf([kind, offsets, style = {}, extra = {}]) {
   const run = ([first, count]) => Array.from({ length: count }, (_, k) => first + k);

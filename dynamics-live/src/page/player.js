@@ -10,28 +10,34 @@ const ENERGY_UNIT = MODEL.conserved.find(({ kind }) => /energy/i.test(kind))?.un
   ?? MODEL.powers.find(({ unit }) => unit)?.unit.replace(/^W$/, "J") ?? "J";
 const rateUnit = (coordinate) => (coordinate.unit ? coordinate.unit + "/s" : "1/s");
 
-// A time in which coordinates go through their own range, from some steps of a motion; 0 at rest.
+// A time in which coordinates go through their own range, from some steps of a motion; 0 where they rest or
+// where `milliseconds` were too few to tell.
 function characteristicTime(motion, method, accuracy, milliseconds) {
   const until = performance.now() + milliseconds, begin = motion.t;
-  const lo = Float64Array.from(motion.q), hi = Float64Array.from(motion.q), way = new Float64Array(N);
-  let last = Float64Array.from(motion.q);
-  for (let k = 0; k < 400 && performance.now() < until; k++) {
+  const lo = motion.q.slice(), hi = motion.q.slice(), way = new Float64Array(N);
+  let last = motion.q.slice(), steps = 0;
+  for (; steps < 400 && performance.now() < until; steps++) {
     if (!motion.step(method, accuracy, Infinity)) break;
+    const { q } = motion;
     for (let i = 0; i < N; i++) {
-      lo[i] = Math.min(lo[i], motion.q[i]);
-      hi[i] = Math.max(hi[i], motion.q[i]);
-      way[i] += Math.abs(motion.q[i] - last[i]);
+      lo[i] = Math.min(lo[i], q[i]);
+      hi[i] = Math.max(hi[i], q[i]);
+      way[i] += Math.abs(q[i] - last[i]);
     }
-    last = Float64Array.from(motion.q);
+    last = q.slice();
   }
   const passed = motion.t - begin;
-  let least = Infinity;
+  let least = Infinity, moves = false;
   for (let i = 0; i < N; i++) {
     // Rounding moves what stands still.
     const moved = way[i] > 1e-6 * Math.max(Math.abs(lo[i]), Math.abs(hi[i]));
-    if (moved) least = Math.min(least, (hi[i] - lo[i]) * passed / way[i]);
+    moves ||= moved;
+    // A coordinate that never turned back tells nothing of its range.
+    if (moved && way[i] > 1.2 * (hi[i] - lo[i])) least = Math.min(least, (hi[i] - lo[i]) * passed / way[i]);
   }
-  return Number.isFinite(least) ? least : 0;
+  if (least < Infinity) return least;
+  // What flies off goes ever faster through its steps; only many steps in a short time say that it is fast.
+  return moves && steps === 400 && passed < 0.03 ? passed : 0;
 }
 
 // Which angles the model does not tell from those one turn on: an angle against a spring is none.
@@ -83,7 +89,7 @@ class Player {
     if (shadow.refresh() ?? shadow.start(t, q, u, this.w, m)) return;
     this.repeats = repeatingAngles(shadow);
     const accuracy = METHODS[this.method].fixed ? this.accuracy : Math.max(this.accuracy, 1e-6);
-    this.pace = chosenPace(characteristicTime(shadow, this.method, accuracy, 15));
+    this.pace = chosenPace(characteristicTime(shadow, this.method, accuracy, 40));
   }
 
   // `what`: "start", "parameters" or "method", after which nothing that was computed ahead holds.
