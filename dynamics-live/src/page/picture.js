@@ -10,19 +10,23 @@ const OWN_COLOR = {
 // A figure of the painters from one as the macro prints it: [kind, offsets, style, extra].
 //
 // `kind` is that of `Figure` in lower case. `offsets` are the places of its numbers in the results of its
-// program; [first, count] stands for `count` places one after another. `style` is { c, f, w, d }: colour,
-// fill, width, dashed. `extra` is { n, z, b, name, text, filled, dimension }: corners or coils, closed,
-// beside.
-// Places of numbers are `seconds`, how far a trace reaches back, and `shown`, zero while nothing is drawn.
+// program; [first, count] stands for `count` places one after another. `style` is { color, fill, width,
+// dashed }, each where it is not usual. `extra` is { dimension, closed, filled, coils, text, beside, name };
+// `seconds: true` where a trace has its length behind its point, and `shown: true` where the last number is
+// zero while the figure is not drawn.
 function figureOf([kind, offsets, style = {}, extra = {}]) {
   const run = ([first, count]) => Array.from({ length: count }, (_, k) => first + k);
   const at = offsets.flatMap((offset) => (Array.isArray(offset) ? run(offset) : [offset]));
   const k = kind === "circle" && extra.filled ? "disc" : kind === "polyline" ? "line" : kind;
-  const figure = { ...style, ...extra, k };
-  if (!figure.c || figure.c === "auto") figure.c = OWN_COLOR[k] ?? "ink";
-  if (k === "line") figure.n ??= at.length / (extra.dimension ?? DIMENSION);
-  const numbers = at.length - (numbersAfterPoints[k] ?? 0);
-  return { figure, at, words: extra.text ?? "", dimension: numbers / pointsOf(figure) };
+  const { color = "auto", fill, width, dashed } = style, { dimension = DIMENSION } = extra;
+  const figure = {
+    k, f: fill, w: width, d: dashed, z: extra.closed, b: extra.beside,
+    c: color === "auto" ? OWN_COLOR[k] ?? "ink" : color,
+  };
+  const shown = extra.shown ? at.pop() : null, seconds = extra.seconds ? at.pop() : null;
+  if (k === "line") figure.n = at.length / dimension;
+  if (k === "spring") figure.n = extra.coils;
+  return { figure, at, dimension, shown, seconds, words: extra.text ?? "" };
 }
 
 // The picture of a model without one of its own: a chain from the origin through its points, as
@@ -107,7 +111,7 @@ class Picture {
     }
     program.run(system.p, k, system.f, t, q, u, system.w, system.m, a, l, numbers);
     return this.figures.map((item) => {
-      if (numbers[item.figure.shown] === 0) return null;
+      if (item.shown !== null && numbers[item.shown] === 0) return null;
       const v = this.numbersOf(item);
       return v.every(Number.isFinite) ? v : null;
     });
@@ -213,12 +217,12 @@ class Picture {
   drawTraces(pen, sample) {
     const { player } = this, nowhere = new Array(DIMENSION).fill(NaN);
     this.traces.forEach((k, index) => {
-      const { figure } = this.figures[k], place = (v) => (v ? this.shift(figure, v) : nowhere);
-      const length = this.numbers[figure.seconds];
+      const { figure, seconds } = this.figures[k], place = (v) => (v ? this.shift(figure, v) : nowhere);
+      const reach = seconds === null ? null : Math.ceil(this.numbers[seconds] / player.dt);
       this.painter.drawTrace(pen, figure, "blue", {
         at: (instant) => place(player.instant(instant).trace[index]), head: place(sample[k]),
         first: player.first, end: Math.min(Math.floor(player.head), player.last),
-        reach: length === undefined ? null : Math.ceil(length / player.dt), perSecond: RATE * player.speed,
+        reach, perSecond: RATE * player.speed,
       });
     });
   }
