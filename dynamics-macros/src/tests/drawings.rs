@@ -437,6 +437,7 @@ fn what_is_not_followed_is_told_and_no_error() {
             "let n = if q.x > 0.0 { 2 } else { 3 }; Drawing::new().coils([0.0; 2], [1.0; 2], n)",
             "if q.x > 0.0 { 2 } else { 3 }",
         ),
+        ("#[cfg(test)] let q = q; Drawing::new().dot([q.x, q.x])", "cfg(test)"),
         ("Drawing::new().dot([E, 0.0])", "E"),
     ] {
         assert_eq!(not_followed(body), expression, "{body}");
