@@ -6,7 +6,7 @@
 use std::mem;
 
 use crate::graph::NodeId;
-use crate::mechanics::{Figure, Figures, Model, NamedPoint, Picture, Shape, Style};
+use crate::mechanics::{Figure, Figures, Model, NamedPoint, Pen, Picture, Shape};
 use crate::schedule::{Program, Staging, schedule};
 
 use super::super::program::{self, lines};
@@ -108,13 +108,13 @@ fn curve(
 
 /// `[kind, [[first number, count]], style, extra]`; `after` is the place behind its numbers.
 fn figure(shape: &Shape, [first, count]: [usize; 2], after: usize) -> String {
-    let Style { color, fill, width, dashed } = &shape.style;
+    let Pen { color, fill, width, dashed } = &shape.pen;
     let mut style = Vec::new();
     if color != "auto" {
         style.push(format!("c: {}", quoted(color)));
     }
     style.extend(fill.iter().map(|fill| format!("f: {}", quoted(fill))));
-    if *width != Style::default().width {
+    if *width != Pen::default().width {
         style.push(format!("w: {width:?}"));
     }
     if *dashed {
