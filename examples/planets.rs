@@ -9,8 +9,6 @@ mod common;
 use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
-const NAMES: [&str; 5] = ["Sun", "Venus", "Earth", "Mars", "Jupiter"];
-
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: [_; 5], y: [_; 5])]
 struct Planets {
@@ -20,6 +18,8 @@ struct Planets {
 
 #[dynamics]
 impl Planets {
+    const NAMES: [&str; 5] = ["Sun", "Venus", "Earth", "Mars", "Jupiter"];
+
     fn place(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
         vec2(q.x[i], q.y[i])
     }
@@ -55,8 +55,8 @@ impl Planets {
         let colors = [Color::Amber, Color::Teal, Color::Blue, Color::Red, Color::Brown];
         (0..5).fold(Drawing::new(), |drawing, i| {
             let place = self.place(q, i);
-            let (radius, name) = if i == 0 { (0.12, "") } else { (0.08, NAMES[i]) };
-            drawing.color(colors[i]).tail(NAMES[i], place, 0.6).disc(place, radius).label(place, name)
+            let (radius, name) = if i == 0 { (0.12, "") } else { (0.08, Self::NAMES[i]) };
+            drawing.color(colors[i]).tail(Self::NAMES[i], place, 0.6).disc(place, radius).label(place, name)
         })
     }
 }
@@ -87,7 +87,7 @@ fn main() -> common::Outcome {
     }
     let start = model.state().x(x).y(y).x_rate(vx).y_rate(vy).build()?;
     let mut run = model.simulate(start).until(120.0).tolerance(1e-12);
-    for (i, name) in NAMES.into_iter().enumerate().skip(1) {
+    for (i, name) in Planets::NAMES.into_iter().enumerate().skip(1) {
         run = run.event(name, move |s| s.y(i) - s.y(0)); // passes the x-axis as seen from the Sun
     }
     let motion = run.run()?;
@@ -97,7 +97,7 @@ fn main() -> common::Outcome {
     assert!((momentum(120.0)? / momentum(0.0)? - 1.0).abs() < 1e-9);
 
     println!("planet    period in years   √(a³/(1 + m))");
-    for (i, name) in NAMES.into_iter().enumerate().skip(1) {
+    for (i, name) in Planets::NAMES.into_iter().enumerate().skip(1) {
         let times: Vec<_> = motion
             .events()
             .iter()
@@ -114,7 +114,7 @@ fn main() -> common::Outcome {
     let orbit = |i: usize| motion.sample(common::times(12.0, 1200)).map(move |s| (s.x(i), s.y(i)));
     let axes = Panel::new(Axis::new("x in au"), Axis::new("y in au")).equal_axes();
     Chart::new("Twelve years")
-        .panel((0..5).fold(axes, |panel, i| panel.line(NAMES[i], orbit(i))))
+        .panel((0..5).fold(axes, |panel, i| panel.line(Planets::NAMES[i], orbit(i))))
         .write_svg(files.path("orbits.svg"))?;
     motion.plot_energy(files.path("energy.svg"))?;
     let seen = model.simulate(start).until(12.0).tolerance(1e-10).run()?;

@@ -46,7 +46,7 @@ impl RollerCoaster {
     #[drawing]
     fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
         let cart = self.cart(q);
-        let (first, last) = (self.x.knots()[0], self.x.knots()[self.x.knots().len() - 1]);
+        let [first, last] = self.x.domain();
         Drawing::new()
             .color(Color::Faint)
             .curve(first, last, 400, |s| [self.x.derivatives(s)[0], self.y.derivatives(s)[0]])

@@ -62,6 +62,9 @@ pub use dynamics_analysis as analysis;
 #[cfg(feature = "families")]
 #[doc(inline)]
 pub use dynamics_families as families;
+#[cfg(feature = "live")]
+#[doc(inline)]
+pub use dynamics_live as live;
 pub use dynamics_macros::{Dynamics, dynamics};
 #[cfg(feature = "alloc")]
 pub use dynamics_runtime::{
@@ -119,6 +122,8 @@ pub mod prelude {
     pub use dynamics_families::model::{FamilyModel as _, FamilyState as _};
     #[cfg(feature = "families")]
     pub use dynamics_families::{Every, SimulateFamilies as _};
+    #[cfg(feature = "live")]
+    pub use dynamics_live::{Live, OpenLive as _};
     pub use dynamics_runtime::math::F64Ext as _;
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::mechanism::Mechanism as _;
@@ -157,7 +162,7 @@ pub mod __private {
     };
     pub use dynamics_runtime::lanes::Lanes;
     #[cfg(feature = "alloc")]
-    pub use dynamics_runtime::model::Draw;
+    pub use dynamics_runtime::model::{Draw, Portable};
     pub use dynamics_runtime::model::{
         ActiveSet, AngleSet, Assumption, AssumptionKind, Block, Branches, ConservedKind, ConservedQuantity,
         Constraint, ConstraintKind, Constraints, Described, Dynamics, Energies, Events, Expansion, Kink,
@@ -182,6 +187,8 @@ pub mod __private {
     }
     pub use dynamics_runtime::series::{self, expand, expand_constrained};
     pub use dynamics_runtime::unconstrained;
+    #[cfg(feature = "alloc")]
+    pub use dynamics_runtime::{generated::Vec, smooth::Pieces};
     pub use dynamics_runtime::{Expr, SmoothFunction, math, sin_cos};
     pub use nalgebra::{ArrayStorage, SMatrix, SVector};
 

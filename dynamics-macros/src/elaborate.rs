@@ -14,6 +14,7 @@ mod control;
 mod declare;
 mod derivative;
 mod dimensions;
+mod drawing;
 mod expressions;
 mod families;
 mod findings;
@@ -72,6 +73,8 @@ struct Elaborator<'a> {
     declaration: &'a Declaration,
     implementation: &'a Implementation,
     library: &'a Library,
+    /// What the macros of drawings contain.
+    parsed: &'a drawing::Parsed,
     diagnostics: &'a mut Diagnostics,
     sums: Sums,
     /// What the functions with roles add up.
@@ -109,6 +112,8 @@ struct Elaborator<'a> {
     speeds: Vec<speeds::Defined>,
     /// The role whose function is being elaborated, with all that it calls.
     role: Role,
+    /// The picture while it is followed, with the words that only drawings have.
+    picture: Option<drawing::DrawingState<'a>>,
     /// Functions that some role has called.
     reached: BTreeSet<usize>,
     /// Units of the vectors that helpers have returned.
@@ -156,8 +161,10 @@ pub(crate) fn elaborate_families(
 ) -> ElaboratedFamilies {
     let families = Families { symbolic: true, ..Families::default() };
     let library = Library::needed_by(implementation.functions.iter().map(|f| f.item.block.to_token_stream()));
+    let parsed = drawing::Parsed::default();
+    let known = (&library, &parsed);
     let mut elaborator =
-        Elaborator::new(declaration, implementation, &library, Sums::Whole, families, diagnostics);
+        Elaborator::new(declaration, implementation, known, Sums::Whole, families, diagnostics);
     elaborator.declare();
     elaborator.roles();
     elaborator.check_integers();
@@ -194,7 +201,10 @@ fn elaborate_sums(
     diagnostics: &mut Diagnostics,
 ) -> Elaborated {
     let library = Library::needed_by(implementation.functions.iter().map(|f| f.item.block.to_token_stream()));
-    let mut elaborator = Elaborator::new(declaration, implementation, &library, sums, families, diagnostics);
+    let is_whole = sums == Sums::Whole && families.values.is_empty();
+    let parsed = drawing::Parsed::default();
+    let known = (&library, &parsed);
+    let mut elaborator = Elaborator::new(declaration, implementation, known, sums, families, diagnostics);
     elaborator.declare();
     elaborator.check_speeds_are_defined();
     elaborator.roles();
@@ -209,17 +219,21 @@ fn elaborate_sums(
     let followed = elaborator.followed();
     let (taken, words) = (elaborator.taken.clone(), elaborator.taken_words.clone());
     let constants = Constants { followed, taken, words };
-    if !elaborator.has_unread_places() {
+    let shows = is_whole && elaborator.diagnostics.len() == 0 && elaborator.has_picture();
+    if !elaborator.has_unread_places() && !shows {
         let vectors = elaborator.vectors_that_are_no_places();
         return Elaborated { model: elaborator.model, origins: elaborator.origins, vectors, constants };
     }
-    let (model, origins) = (elaborator.model.clone(), elaborator.origins.clone());
+    let (mut model, origins) = (elaborator.model.clone(), elaborator.origins.clone());
     let known = mem::replace(elaborator.diagnostics, Diagnostics::new());
-    elaborator.note_units_of_unread_places();
+    if elaborator.has_unread_places() {
+        elaborator.note_units_of_unread_places();
+    }
     let vectors = elaborator.vectors_that_are_no_places();
     let unread = mem::replace(elaborator.diagnostics, known);
     // What no role reaches may hold what cannot be derived.
     let _ = unread.finish();
+    model.picture = shows.then(|| elaborator.picture());
     Elaborated { model, origins, vectors, constants }
 }
 
@@ -227,7 +241,7 @@ impl<'a> Elaborator<'a> {
     fn new(
         declaration: &'a Declaration,
         implementation: &'a Implementation,
-        library: &'a Library,
+        (library, parsed): (&'a Library, &'a drawing::Parsed),
         sums: Sums,
         families: Families,
         diagnostics: &'a mut Diagnostics,
@@ -236,6 +250,7 @@ impl<'a> Elaborator<'a> {
             declaration,
             implementation,
             library,
+            parsed,
             diagnostics,
             sums,
             terms: Vec::new(),
@@ -258,6 +273,7 @@ impl<'a> Elaborator<'a> {
             constraints: Vec::new(),
             speeds: Vec::new(),
             role: Role::Helper,
+            picture: None,
             reached: BTreeSet::new(),
             returned: BTreeMap::new(),
             steps: 0,

@@ -66,6 +66,10 @@ pub(crate) struct Surface {
     pub(crate) points: Vec<Ident>,
     /// The `#[drawing]` function.
     pub(crate) drawing: Option<Ident>,
+    /// The documentation of the struct.
+    pub(crate) documentation: String,
+    /// The documentation of its fields that have some: name and text.
+    pub(crate) field_documentation: Vec<(String, String)>,
 }
 
 /// A declared coordinate or input, perhaps an array of them.

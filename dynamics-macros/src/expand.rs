@@ -317,6 +317,24 @@ fn kept_in_stub(attribute: &syn::Attribute) -> bool {
     ["doc", "cfg", "must_use", "deprecated"].iter().any(|name| attribute.path().is_ident(name))
 }
 
+/// The fields that have documentation: name and text.
+fn documented_fields(item: &ItemStruct) -> Vec<(String, String)> {
+    let text = |field: &syn::Field| Some((field.ident.as_ref()?.to_string(), documentation(&field.attrs)));
+    item.fields.iter().filter_map(text).filter(|(_, text)| !text.is_empty()).collect()
+}
+
+/// The text of documentation comments, a line each.
+fn documentation(attributes: &[syn::Attribute]) -> String {
+    let lines = attributes.iter().filter_map(|attribute| match &attribute.meta {
+        syn::Meta::NameValue(pair) if pair.path.is_ident("doc") => match &pair.value {
+            syn::Expr::Lit(syn::ExprLit { lit: syn::Lit::Str(text), .. }) => Some(text.value()),
+            _ => None,
+        },
+        _ => None,
+    });
+    lines.map(|line| line.trim().to_owned()).collect::<Vec<_>>().join("\n").trim().to_owned()
+}
+
 /// The parts of the declarations that emission needs.
 fn surface(declaration: &Declaration, implementation: Option<&Implementation>, vectors: &[Ident]) -> Surface {
     let slot = |quantity: &Quantity| Slot {
@@ -363,5 +381,7 @@ fn surface(declaration: &Declaration, implementation: Option<&Implementation>, v
             .collect(),
         points: functions_of(&|f| f.role == Role::Helper && f.may_be_place() && !vectors.contains(&f.name)),
         drawing: functions_of(&|f| f.role == Role::Drawing).into_iter().next(),
+        documentation: documentation(&declaration.item.attrs),
+        field_documentation: documented_fields(&declaration.item),
     }
 }

@@ -2,6 +2,7 @@
 //! so that spans can be read.
 
 mod constraints;
+mod drawings;
 mod errors;
 mod expansion;
 mod fuzzed;

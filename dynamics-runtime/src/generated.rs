@@ -3,6 +3,9 @@
 mod constants;
 pub mod table;
 
+#[cfg(feature = "alloc")]
+pub use alloc::vec::Vec;
+
 pub use constants::{
     SameType, expect, expect_near, expect_std, expect_type, the_name_vec2_is_the_librarys_choose_another,
     the_name_vec3_is_the_librarys_choose_another,

@@ -13,6 +13,8 @@ mod static_traits;
 #[cfg(feature = "alloc")]
 #[doc(hidden)]
 pub mod names;
+#[cfg(feature = "alloc")]
+mod portable;
 mod vector;
 
 use core::fmt::{self, Debug};
@@ -28,6 +30,8 @@ pub(crate) use check::{parameter_not_finite, violated_assumption};
 pub use constraints::{Constraints, NoMatrix, NoRows, Solved, Terms, Workspace};
 pub use kinks::{Branches, Kink, MAX_KINKS};
 pub use lane_evaluation::{LaneEvaluation, LaneValues, OwnValues, SharedValues};
+#[cfg(feature = "alloc")]
+pub use portable::Portable;
 pub(crate) use static_traits::StaticTraits;
 pub use vector::{InputValues, Square, Vector};
 
@@ -81,6 +85,10 @@ pub trait Described {
 
     /// The name of the struct.
     const NAME: &'static str;
+    /// The documentation of the struct.
+    const DOCUMENTATION: &'static str = "";
+    /// The documentation of its fields, as far as they have some: name and text.
+    const FIELD_DOCUMENTATION: &'static [(&'static str, &'static str)] = &[];
 }
 
 /// Sizes and types of a model: what `#[derive(Dynamics)]` generates from the struct alone.

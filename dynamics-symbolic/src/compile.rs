@@ -14,7 +14,7 @@ use crate::mechanics::{
 };
 use crate::schedule::{Program, Staging, schedule};
 use crate::series::{Series, Unexpandable, expand};
-use crate::text;
+use crate::text::{self, Portability};
 
 /// Programs of a model, one per function that the runtime's traits ask for. Results are flattened row by row.
 #[derive(Clone, Debug)]
@@ -191,6 +191,8 @@ pub struct Compiled {
     pub latex: String,
     /// The equations in MathML: one `<p class="eq">` per equation, each term a `<math>` of its own.
     pub mathml: String,
+    /// The programs in JavaScript, for pages.
+    pub portability: Portability,
 }
 
 /// Derives, checks and schedules a model.
@@ -259,7 +261,18 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     programs.output_variations = fitting_output_variations(&mut model);
     // Of all nodes that are printed: series bring choices of their own.
     programs.kinks = followed(&model.graph, hazards.are_followed(&model.graph), &kinks, &of_reactions);
-    Ok(Compiled { model, equations, programs, report, listing, equations_text, latex, mathml })
+    let portability = text::javascript(&mut model, &equations, &programs);
+    Ok(Compiled {
+        model,
+        equations,
+        programs,
+        report,
+        listing,
+        equations_text,
+        latex,
+        mathml,
+        portability,
+    })
 }
 
 fn bindings(states: &[Sample]) -> Vec<&dyn Bindings> {

@@ -29,6 +29,7 @@ mod inverse;
 mod lagrange;
 mod limits;
 mod model;
+mod picture;
 mod released;
 mod solution;
 mod speeds;
@@ -49,4 +50,5 @@ pub use model::{
     AngleSet, Assumption, AssumptionKind, Body, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole,
     Event, Force, ForceTerm, FrameStep, Function, Input, Model, Output, Parameter, Speed,
 };
+pub use picture::{DrawnPoint, Extra, Figure, Figures, NamedPoint, NotFollowed, Pen, Picture, Shape};
 pub use solution::Manifold;

@@ -2,11 +2,13 @@
 //!
 //! A target language is one file: an implementation of [`Target`], which says how symbols, numbers, operators
 //! and assignments are written. Two drivers feed it: `program` writes programs exactly, step by step, as a
-//! compiler needs them; `formula` writes single values readably.
+//! compiler needs them; `formula` writes single values readably. `source` writes programs as functions of a
+//! language that computes.
 
 mod equations;
 mod expand;
 mod formula;
+mod javascript;
 mod latex;
 mod listing;
 mod mathml;
@@ -15,10 +17,12 @@ mod plain;
 mod program;
 mod report;
 mod series;
+mod source;
 mod target;
 
 pub use equations::{EquationTexts, equations, quotient, statements};
 pub use formula::Formulas;
+pub use javascript::{Portability, javascript};
 pub use latex::Latex;
 pub use listing::listing;
 pub use mathml::{Dots, MathMl, symbol_mathml};

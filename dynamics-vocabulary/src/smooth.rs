@@ -48,6 +48,12 @@ pub trait SmoothFunction {
         [f64::NEG_INFINITY, f64::INFINITY]
     }
 
+    /// The polynomials that the function is made of, where it is: what other languages compute it from.
+    #[cfg(feature = "alloc")]
+    fn pieces(&self) -> Option<Pieces> {
+        None
+    }
+
     /// f at something that moves.
     fn at(&self, x: impl Into<Expr>) -> Expr
     where
@@ -57,6 +63,29 @@ pub trait SmoothFunction {
         let [f, f1, f2, _] = self.derivatives(x.value());
         x.chain(f, f1, f2)
     }
+}
+
+/// A function made of cubic polynomials, one between each two knots.
+#[cfg(feature = "alloc")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pieces {
+    /// The knots, increasing.
+    pub knots: alloc::vec::Vec<f64>,
+    /// For each piece f, f′, f″/2, f‴/6 at its left knot: one less than knots.
+    pub coefficients: alloc::vec::Vec<[f64; 4]>,
+    /// What the function is beyond its first and last knot.
+    pub outside: Outside,
+}
+
+/// What a function made of pieces is beyond its first and last knot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outside {
+    /// Not known: NaN.
+    Unknown,
+    /// Straight lines.
+    Linear,
+    /// It repeats itself.
+    Periodic,
 }
 
 macro_rules! through {
@@ -70,6 +99,10 @@ macro_rules! through {
             #[inline]
             fn piece(&self, x: f64) -> [f64; 2] {
                 (**self).piece(x)
+            }
+            #[cfg(feature = "alloc")]
+            fn pieces(&self) -> Option<Pieces> {
+                (**self).pieces()
             }
         }
     )*};

@@ -17,7 +17,7 @@ mod slopes;
 use alloc::vec::Vec;
 use core::fmt;
 
-use crate::smooth::SmoothFunction;
+use crate::smooth::{Outside, Pieces, SmoothFunction};
 
 /// An interpolating cubic spline f(x) with exact derivatives, a [`SmoothFunction`].
 ///
@@ -57,14 +57,6 @@ pub struct CubicSpline {
 struct Cells {
     per_unit: f64,
     first: Vec<usize>,
-}
-
-/// What a spline is beyond its first and last knot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Outside {
-    Unknown,
-    Linear,
-    Periodic,
 }
 
 /// Why data do not make a spline.
@@ -258,6 +250,11 @@ impl SmoothFunction for CubicSpline {
                 self.inside(wrapped.clamp(first, last))
             }
         }
+    }
+
+    fn pieces(&self) -> Option<Pieces> {
+        let (knots, coefficients) = (self.knots.clone(), self.pieces.clone());
+        Some(Pieces { knots, coefficients, outside: self.outside })
     }
 
     /// Between two knots; beyond the first and the last knot, where a spline goes on as a line, up to there.

@@ -26,6 +26,9 @@ impl<'a> Elaborator<'a> {
 
     /// `receiver.method(..)`.
     pub(super) fn method_call(&mut self, e: &'a ExprMethodCall, receiver: Value) -> Value {
+        if self.draws() {
+            return self.drawn_method(e, receiver);
+        }
         if matches!(receiver, Value::Coordinates) && (e.method == "reaction" || e.method == "slip") {
             return self.of_constraint(e);
         }
@@ -227,6 +230,11 @@ impl<'a> Elaborator<'a> {
 
     /// `path(..)`.
     pub(super) fn call(&mut self, e: &'a ExprCall) -> Value {
+        if self.draws()
+            && let Some(value) = self.drawn_call(e)
+        {
+            return value;
+        }
         let Expr::Path(path) = &*e.func else {
             return self.fail(Place::of(&e.func), &messages::call_of_value());
         };
@@ -298,7 +306,13 @@ impl<'a> Elaborator<'a> {
     }
 
     /// `Type::name(..)`.
-    fn associated(&mut self, ty: &Ident, name: &Ident, mut arguments: Vec<Argument>, place: Place) -> Value {
+    pub(super) fn associated(
+        &mut self,
+        ty: &Ident,
+        name: &Ident,
+        mut arguments: Vec<Argument>,
+        place: Place,
+    ) -> Value {
         let (ty_text, text) = (ty.to_string(), name.to_string());
         let known = match (ty_text.as_str(), text.as_str()) {
             ("Expr" | "f64", "from") | ("Expr", "constant") => 1,
@@ -310,7 +324,8 @@ impl<'a> Elaborator<'a> {
             ("Mat3", "identity") => 0,
             ("Expr" | "f64" | "Vec2" | "Vec3" | "Mat3", _) if !arguments.is_empty() => {
                 let (receiver, at) = arguments.remove(0);
-                if let ("f64", Value::Scalar(x)) = (ty_text.as_str(), &receiver)
+                // In drawings real numbers may come from coordinates: `q.x.value()`.
+                if let ("f64", Value::Scalar(x), false) = (ty_text.as_str(), &receiver, self.draws())
                     && !self.model.graph.dependence(x.node).within(Dependence::PARAMETERS)
                 {
                     return self.fail(at, &messages::function_of_f64(&text));

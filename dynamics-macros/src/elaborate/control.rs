@@ -8,7 +8,7 @@ use syn::{Expr, ExprForLoop, ExprIf, ExprMatch, Lit, Pat};
 
 use super::Elaborator;
 use super::scope::{Flow, Variable};
-use super::values::{Condition, Record, Scalar, Term, Value};
+use super::values::{Choice, Condition, Record, Scalar, Term, Value};
 use crate::diagnostics::Place;
 use crate::messages;
 
@@ -159,6 +159,18 @@ impl<'a> Elaborator<'a> {
                 self.fail(at, &messages::undecided_integer())
             }
             (Value::Total(_), _) | (_, Value::Total(_)) => self.made_of_sum(at),
+            (Value::Drawing(a), Value::Drawing(b)) => match self.select_drawing(condition, a, b) {
+                Some(drawing) => drawing,
+                None => self.fail(at, &messages::too_many_operations()),
+            },
+            (Value::Text(a), Value::Text(b)) => match Choice::between(condition, a, b) {
+                Some(text) => Value::Text(Rc::new(text)),
+                None => self.fail(at, &messages::too_many_operations()),
+            },
+            (Value::Color(a), Value::Color(b)) => match Choice::between(condition, a, b) {
+                Some(color) => Value::Color(Rc::new(color)),
+                None => self.fail(at, &messages::too_many_operations()),
+            },
             (a, b) => self.fail(at, &messages::branches_differ(a.shape(), b.shape())),
         }
     }
@@ -172,7 +184,7 @@ impl<'a> Elaborator<'a> {
         Some(Scalar { node: self.select_node(condition, a.node, b.node), unit })
     }
 
-    fn select_node(&mut self, condition: &Condition, a: NodeId, b: NodeId) -> NodeId {
+    pub(super) fn select_node(&mut self, condition: &Condition, a: NodeId, b: NodeId) -> NodeId {
         match condition {
             Condition::Known(true) => a,
             Condition::Known(false) => b,
@@ -372,6 +384,9 @@ pub(super) fn same(a: &Value, b: &Value) -> bool {
         (Value::Mapped(a), Value::Mapped(b)) => Rc::ptr_eq(a, b),
         (Value::Total(a), Value::Total(b)) => Rc::ptr_eq(a, b),
         (Value::Accumulator(a), Value::Accumulator(b)) => Rc::ptr_eq(a, b),
+        (Value::Drawing(a), Value::Drawing(b)) => Rc::ptr_eq(a, b) || a == b,
+        (Value::Closure(a), Value::Closure(b)) => a == b,
+        (Value::Text(a), Value::Text(b)) | (Value::Color(a), Value::Color(b)) => a == b,
         _ => false,
     }
 }

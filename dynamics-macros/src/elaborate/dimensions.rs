@@ -69,6 +69,7 @@ impl Elaborator<'_> {
         message: impl FnOnce(String, String) -> Message,
     ) -> Option<UnitOf> {
         let (a, b) = match (left, right) {
+            _ if !self.dimensions.active => return Some(None),
             (Some(a), Some(b)) => (a, b),
             (Some(known), None) | (None, Some(known)) => return Some(Some(known.clone())),
             (None, None) => return Some(None),

@@ -11,7 +11,7 @@ use super::Elaborator;
 use super::integer_types::{IntegerType, TypeOf};
 use super::operators::Operator;
 use super::scope::Flow;
-use super::values::{Condition, Integer, Value};
+use super::values::{Choice, Condition, Integer, Value};
 use crate::diagnostics::Place;
 use crate::messages::{self, Message};
 
@@ -85,6 +85,9 @@ impl<'a> Elaborator<'a> {
                 break;
             }
             value = if first { self.single(next) } else { self.chained(next, value) };
+            if value.is_poison() && self.draws() {
+                self.note_not_followed(next);
+            }
             first = false;
         }
         self.depth -= 1;
@@ -148,6 +151,11 @@ impl<'a> Elaborator<'a> {
                 self.leave(Flow::Break, e.break_token.span)
             }
             Expr::Continue(e) if e.label.is_none() => self.leave(Flow::Continue, e.continue_token.span),
+            Expr::Closure(e) if self.draws() => self.closure_value(e),
+            Expr::Macro(e) if self.draws() => {
+                let value = self.drawn_macro(&e.mac);
+                value.unwrap_or_else(|| self.macro_call(&e.mac))
+            }
             other => self.unsupported(other),
         }
     }
@@ -220,6 +228,7 @@ impl<'a> Elaborator<'a> {
                 Err(_) => self.fail(lit.span(), &messages::integer_too_large(x)),
             },
             Lit::Bool(b) => Value::Condition(Condition::Known(b.value)),
+            Lit::Str(text) if self.draws() => Value::Text(Rc::new(Choice::Is(text.value()))),
             other => {
                 let text = other.to_token_stream();
                 self.fail(other.span(), &messages::literal_kind(text))

@@ -131,7 +131,7 @@ impl Elaborator<'_> {
 
     /// An integer as a real number; an error where a division before has dropped its remainder.
     pub(super) fn real(&mut self, integer: Integer) -> Value {
-        if let Some(at) = integer.truncated {
+        if let Some(at) = integer.truncated.filter(|_| !self.draws()) {
             return self.fail(at, &messages::integer_division(integer.value));
         }
         // Above 2⁵³ `as f64` rounds.

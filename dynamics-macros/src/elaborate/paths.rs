@@ -65,9 +65,14 @@ fn sequence(name: &str) -> Option<[usize; 3]> {
     (letters.next().is_none() && axes[0] != axes[1] && axes[1] != axes[2]).then_some(axes)
 }
 
-impl Elaborator<'_> {
+impl<'a> Elaborator<'a> {
     /// A path as a value.
-    pub(super) fn path(&mut self, e: &ExprPath) -> Value {
+    pub(super) fn path(&mut self, e: &'a ExprPath) -> Value {
+        if self.draws()
+            && let Some(value) = self.drawn_path(e)
+        {
+            return value;
+        }
         let segments: Vec<&Ident> = e.path.segments.iter().map(|s| &s.ident).collect();
         let place = Place::of(&e.path);
         match segments.as_slice() {

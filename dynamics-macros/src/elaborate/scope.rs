@@ -26,6 +26,8 @@ pub(super) struct Frame {
     pub(super) rounds: Vec<usize>,
     /// Index of the constant that is being evaluated.
     pub(super) constant: Option<usize>,
+    /// Number of the first scopes that belong to the function around, where this is a closure's.
+    pub(super) captured: usize,
     /// The library type whose function this is.
     pub(super) of: Option<usize>,
     pub(super) scopes: Vec<Vec<Variable>>,
@@ -48,6 +50,11 @@ impl Frame {
             .flat_map(|s| s.iter_mut().rev())
             .find(|v| v.name == name)
             .map(|v| &mut v.value)
+    }
+    /// Whether a variable is one of the function around a closure.
+    pub(super) fn is_captured(&self, name: &str) -> bool {
+        let own = self.scopes.iter().skip(self.captured).flatten().any(|v| v.name == name);
+        self.captured > 0 && !own
     }
     pub(super) fn declare(&mut self, name: String, value: Value) {
         if self.scopes.is_empty() {

@@ -48,6 +48,9 @@ impl<'a> Elaborator<'a> {
                 }
                 Stmt::Macro(call) => self.macro_call(&call.mac),
             };
+            if self.draws() {
+                self.note_statement_not_followed(statement);
+            }
             if self.frame().flow.is_some() || self.exhausted || self.families.cut.is_some() {
                 return Value::Poison;
             }
@@ -161,13 +164,16 @@ impl<'a> Elaborator<'a> {
     }
 
     /// Writes to a variable, or to a part of one.
-    fn store(&mut self, place: &'a Expr, new: Value) -> Value {
+    pub(super) fn store(&mut self, place: &'a Expr, new: Value) -> Value {
         let Some((name, steps)) = self.steps_into(place) else { return Value::Poison };
         let Some(old) = self.frame().find(&name.to_string()).cloned() else {
             return self.unknown_variable(&name);
         };
         if matches!(old, Value::Accumulator(_)) {
             return self.misused_sum(&name, Place::of(place));
+        }
+        if self.frame().is_captured(&name.to_string()) {
+            return self.fail(Place::of(place), &messages::not_assignable(&name));
         }
         // A variable keeps its type.
         if steps.is_empty() {

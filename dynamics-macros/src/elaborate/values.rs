@@ -1,5 +1,7 @@
 //! What expressions of the model language evaluate to while they are elaborated.
 
+mod drawn;
+
 use std::rc::Rc;
 
 use dynamics_symbolic::check::units::UnitExpr;
@@ -9,6 +11,7 @@ use proc_macro2::Span;
 
 use super::integer_types::TypeOf;
 use crate::diagnostics::Place;
+pub(super) use drawn::{Canvas, Choice};
 
 /// The unit of a value; `None`: any unit at all, as for the literal 0, or no unit is declared in the model.
 pub(super) type UnitOf = Option<Rc<UnitExpr>>;
@@ -30,7 +33,7 @@ pub(super) struct Integer {
 }
 
 /// A condition: decided now, or by the values at run time.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) enum Condition {
     Known(bool),
     Compare(Comparison, NodeId, NodeId),
@@ -101,6 +104,14 @@ pub(super) enum Value {
     GridRow(usize, NodeIndex),
     /// `self.mass` of a parameter with an element for every index.
     Numbered(usize),
+    /// A picture. This and what follows is only in drawings.
+    Drawing(Rc<Canvas>),
+    /// A closure, by its number.
+    Closure(usize),
+    /// Words.
+    Text(Rc<Choice<String>>),
+    /// A colour as pages name it.
+    Color(Rc<Choice<String>>),
 }
 
 /// A sum over an index, or several: what every round of a range adds, and what is added once.
@@ -166,6 +177,7 @@ impl Value {
                 items.iter().fold(1, |sum: usize, item| sum.saturating_add(item.size()))
             }
             Self::Force(terms) => 1 + terms.len(),
+            Self::Drawing(canvas) => 1 + canvas.shapes.len(),
             Self::Record(record) => {
                 record.fields.iter().fold(1, |sum: usize, field| sum.saturating_add(field.size()))
             }
@@ -200,6 +212,10 @@ impl Value {
             Self::Family(_) => "a family of coordinates".into(),
             Self::GridRow(..) => "a row of a grid of coordinates, which needs a second index".into(),
             Self::Numbered(_) => "a parameter with an index".into(),
+            Self::Drawing(_) => "a `Drawing`".into(),
+            Self::Closure(_) => "a closure".into(),
+            Self::Text(_) => "a text".into(),
+            Self::Color(_) => "a `Color`".into(),
         }
     }
 }

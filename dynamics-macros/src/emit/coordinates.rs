@@ -106,6 +106,23 @@ fn reactions(surface: &Surface) -> TokenStream {
     }
 }
 
+/// The documentation of the struct and its fields, as constants of `impl Described`.
+pub(super) fn documentation(surface: &Surface) -> TokenStream {
+    let private = surface.private();
+    let text = &surface.documentation;
+    let of_struct = (!text.is_empty()).then(|| {
+        quote!(const DOCUMENTATION: &'static #private::str = #text;)
+    });
+    let fields = surface.field_documentation.iter().map(|(name, text)| quote!((#name, #text)));
+    let of_fields = (!surface.field_documentation.is_empty()).then(|| {
+        quote! {
+            const FIELD_DOCUMENTATION: &'static [(&'static #private::str, &'static #private::str)] =
+                &[#(#fields),*];
+        }
+    });
+    quote!(#of_struct #of_fields)
+}
+
 /// `impl Model`: how the impl block, perhaps in another module, finds the types.
 pub(super) fn model(surface: &Surface) -> TokenStream {
     let (model, private, quiet) = (&surface.name, surface.private(), quiet());
@@ -114,12 +131,14 @@ pub(super) fn model(surface: &Surface) -> TokenStream {
     let (n, m, f64) = (surface.degrees(), surface.input_count(), quote!(#private::f64));
     let (state, accelerations, assembly) = (local("state"), local("accelerations"), assembly(surface));
     let multipliers = local("multipliers");
+    let documentation = documentation(surface);
     quote! {
         #quiet
         #[automatically_derived]
         impl #private::Described for #model {
             type Coordinates = #coordinates_type;
             const NAME: &'static #private::str = #name;
+            #documentation
         }
         #quiet
         #[automatically_derived]

@@ -6,6 +6,7 @@ mod evaluations;
 mod identity;
 mod lanes;
 mod matrices;
+mod portable;
 mod series;
 mod solves;
 mod unrolled;
@@ -35,6 +36,7 @@ pub(crate) fn traits(surface: &Surface, compiled: &Compiled) -> TokenStream {
     let (linearize, powers) = (emission.linearize(), emission.powers());
     let (outputs, events) = (emission.outputs(), emission.events());
     let (constraints, parameters) = (emission.constraints(), emission.parameters());
+    let portable = emission.portable();
     let (draw, only_one, quiet) = (identity::draw(surface), only_one(surface), quiet());
     let impls = quote! {
         #only_one
@@ -50,6 +52,7 @@ pub(crate) fn traits(surface: &Surface, compiled: &Compiled) -> TokenStream {
             #outputs
             #events
             #draw
+            #portable
         };
     };
     at_block(surface, impls)

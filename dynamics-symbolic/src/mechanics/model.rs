@@ -1,5 +1,6 @@
 //! What a model declares.
 
+use super::picture::Picture;
 use crate::graph::{Graph, NodeId, Origin, Symbol};
 
 /// A model as declared: an expression graph and the roles of its nodes.
@@ -47,6 +48,8 @@ pub struct Model {
     /// Declared names of parameters and functions that something outside of the derivation reads, such as a
     /// drawing: they are used.
     pub read_elsewhere: Vec<String>,
+    /// What it shows of itself; `None` where it shows nothing. Not part of the derivation.
+    pub picture: Option<Picture>,
 }
 
 macro_rules! named {

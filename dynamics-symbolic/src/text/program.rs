@@ -35,16 +35,29 @@ pub fn lines(
     program: &Program,
     style: Style<'_>,
 ) -> (Vec<Line>, Vec<Text>) {
+    lines_from(target, model, program, style, &[])
+}
+
+/// The same where some values are given under names of their own.
+pub(super) fn lines_from(
+    target: &dyn Target,
+    model: &Model,
+    program: &Program,
+    style: Style<'_>,
+    given: &[(NodeId, Text)],
+) -> (Vec<Line>, Vec<Text>) {
     let g = &model.graph;
     let mut results = vec![false; g.len()];
     program.results.iter().for_each(|r| results[r.index()] = true);
+    let mut names = vec![None; g.len()];
+    given.iter().for_each(|(id, name)| names[id.index()] = Some(name.clone()));
     let mut writer = Writer {
         target,
         model,
         style,
         uses: uses(g, program),
         results,
-        names: vec![None; g.len()],
+        names,
         lines: Vec::new(),
         counts: [0, 0],
     };
@@ -99,6 +112,8 @@ impl Writer<'_> {
     fn step(&mut self, step: &Step, constants: Option<&[NodeId]>) {
         match step {
             Step::Node(id) => self.assign(*id, self.style.inline, constants),
+            Step::SinCos { angle, sin: Some(sin), cos: Some(cos) }
+                if self.assign_sin_cos(*angle, [*sin, *cos], constants.is_some()) => {}
             Step::SinCos { angle, sin, cos } => {
                 let short = self.value(*angle).text.len() <= self.style.inline_angle;
                 for id in [sin, cos].into_iter().copied().flatten() {
@@ -114,6 +129,20 @@ impl Writer<'_> {
                 orders.iter().flatten().for_each(|id| self.assign(*id, self.style.inline, constants));
             }
         }
+    }
+
+    /// Writes both at once; false where the language cannot.
+    fn assign_sin_cos(&mut self, angle: NodeId, pair: [NodeId; 2], hoisted: bool) -> bool {
+        let stage = usize::from(!hoisted);
+        let name = |above| self.target.variable(self.style.prefixes[stage], self.counts[stage] + above);
+        let names = [name(1), name(2)];
+        let Some(text) = self.target.assign_sin_cos(names.each_ref(), &self.value(angle)) else { return false };
+        self.counts[stage] += names.len();
+        self.lines.push(Line { text, hoisted });
+        for (id, name) in pair.into_iter().zip(names) {
+            self.names[id.index()] = Some(name);
+        }
+        true
     }
 
     /// Writes a step, or keeps its text for the one place that uses it.

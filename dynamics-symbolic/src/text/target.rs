@@ -56,6 +56,11 @@ pub trait Target {
     /// An assignment to a name.
     fn assign(&self, name: &Text, value: &Text) -> String;
 
+    /// One assignment of the sine and the cosine of an angle to two names, in languages that have it.
+    fn assign_sin_cos(&self, _names: [&Text; 2], _angle: &Text) -> Option<String> {
+        None
+    }
+
     /// What stands between factors.
     fn times(&self) -> &'static str {
         "*"

@@ -5,9 +5,7 @@
   const last = data.frames - 1;
   const several = data.films.length > 1;
   const space = data.spatial ? makeSpace(data) : null;
-  const axes = space ? 3 : 2;   // numbers of a point
-  const numbersAfterPoints = { disc: 1, circle: 1, arc: 3, cone: 2 };
-  const numbersOf = (figure) => axes * pointsOf(figure) + (numbersAfterPoints[figure.k] ?? 0);
+  const { axes, numbersOf, ...painter } = makePaint(space);
 
   // ---- data: differences back to values; a missing value is NaN
 
@@ -52,15 +50,6 @@
     return traces;
   }
 
-  function pointsOf(figure) {
-    switch (figure.k) {
-      case "line": return figure.n;
-      case "spring": case "arrow": case "ground": case "cone": return 2;
-      case "cuboid": return 4;
-      default: return 1;
-    }
-  }
-
   function at(column, k) { return typeof column === "number" ? column : column[k]; }
 
   const strip = data.strip.map((curve) => ({
@@ -76,97 +65,21 @@
   let before = null;          // clock of the last picture while playing
   const step = Math.abs(data.step);
 
-  // ---- colours
-
-  let palette = {};
-  function readPalette() {
-    const style = getComputedStyle(document.documentElement);
-    const surfaces = ["ground", "panel", "ink", "quiet", "faint", "rule"];
-    const hues = ["blue", "red", "green", "amber", "purple", "teal", "brown", "pink"];
-    for (const name of [...surfaces, ...hues]) {
-      palette[name] = style.getPropertyValue("--" + name).trim();
-    }
-  }
-  const color = (role, film) => palette[role === "accent" ? film.color : role]
-    || (role[0] === "#" ? role : palette.ink);
-
-  // ---- canvases, in CSS pixels whatever the screen's resolution
-
-  function prepare(canvas) {
-    const { width, height } = canvas.getBoundingClientRect();
-    const ratio = window.devicePixelRatio || 1;
-    const [w, h] = [Math.max(1, Math.round(width * ratio)), Math.max(1, Math.round(height * ratio))];
-    if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; }
-    const pen = canvas.getContext("2d");
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    pen.clearRect(0, 0, width, height);
-    return { pen, width, height };
-  }
-
   // ---- the picture
 
   const picture = $("picture");
-  let view = { scale: 1, x: 0, y: 0, marks: 1 };
-  const room = makeRoom({ films, space, half: data.half, at, pointsOf, numbersOf });
+  const room = makeRoom({ films, space, half: data.half, at, numbersOf });
 
   function drawPicture() {
     const { pen, width, height } = prepare(picture);
-    const { scale, x, y } = room.view(pen, width, height), zoom = space ? space.zoom : 1;
-    // Signs of fixed size shrink with small pictures; what is made larger grows about the middle.
-    view = {
-      scale: scale * zoom, x: width / 2 + zoom * (x - width / 2), y: height / 2 + zoom * (y - height / 2),
-      marks: Math.max(0.6, Math.min(1, Math.min(width, height) / 420)),
-    };
-    if (space) drawFloor(pen); else drawGrid(pen, width, height);
-    pen.lineJoin = pen.lineCap = "round";
+    painter.aim(room.view(pen, width, height), width, height);
+    const spacing = space ? painter.drawFloor(pen, data.origin, data.quantum)
+      : painter.drawGrid(pen, width, height, data.origin, data.quantum);
+    const hint = space ? " · drag to turn, scroll or pinch to zoom" : "";
+    $("scale").textContent = spacing ? "grid " + asLength(spacing) + hint : "";
     for (const film of films) drawTraces(pen, film);
-    const pieces = films.flatMap(piecesOf);
-    // Of space, what is near covers what is far; of the plane, what comes later.
-    if (space) pieces.sort((a, b) => a.depth - b.depth);
-    for (const piece of pieces) paint(pen, piece);
-    pen.setLineDash([]);
+    painter.paint(pen, films.flatMap(piecesOf));
   }
-
-  function roundStep(least) {
-    const power = 10 ** Math.floor(Math.log10(least));
-    return [1, 2, 5, 10].map((d) => d * power).find((s) => s >= least * (1 - 1e-9));
-  }
-
-  function drawGrid(pen, width, height) {
-    const unit = view.scale / data.quantum;   // pixels per length of the model
-    const spacing = roundStep(64 / unit);
-    if (!(spacing > 0) || !Number.isFinite(spacing)) return;
-    pen.strokeStyle = palette.rule;
-    pen.lineWidth = 1;
-    pen.beginPath();
-    const left = data.origin[0] - view.x / unit, bottom = data.origin[1] - (height - view.y) / unit;
-    for (let k = Math.ceil(left / spacing), n = 0; n < 200; k++, n++) {
-      const x = Math.round((k * spacing - left) * unit) + 0.5;
-      if (x > width) break;
-      pen.moveTo(x, 0); pen.lineTo(x, height);
-    }
-    for (let k = Math.ceil(bottom / spacing), n = 0; n < 200; k++, n++) {
-      const y = height - Math.round((k * spacing - bottom) * unit) - 0.5;
-      if (y < 0) break;
-      pen.moveTo(0, y); pen.lineTo(width, y);
-    }
-    pen.stroke();
-    $("scale").textContent = "grid " + asLength(spacing);
-  }
-
-  function drawFloor(pen) {
-    const length = space.size * data.quantum, spacing = roundStep(length / 5);
-    if (!(spacing > 0) || !Number.isFinite(spacing)) return;
-    const offset = data.origin.slice(0, 2).map((origin) =>
-      (Math.ceil(origin / spacing) * spacing - origin) / data.quantum);
-    pen.strokeStyle = palette.rule;
-    pen.lineWidth = 1;
-    for (const line of space.floor(spacing / data.quantum, offset)) { outline(pen, line); pen.stroke(); }
-    $("scale").textContent = "grid " + asLength(spacing) + " · drag to turn, scroll or pinch to zoom";
-  }
-
-  const px = (x) => view.x + view.scale * x;
-  const py = (y) => view.y - view.scale * y;
 
   // The numbers of a film now: between two instants of the same scene they are interpolated.
   function current(film) {
@@ -197,163 +110,10 @@
       let words = figure.k === "text" ? now.scene.words[word++] : "";
       if (Array.isArray(words)) words = words[now.instant];
       if (v.some(Number.isNaN)) continue;
-      const parts = space ? space.pieces(figure, v) : [{ figure, v }];
-      for (const piece of parts) pieces.push({ ...piece, film, words });
+      pieces.push(...painter.piecesOf(figure, v, film.color, words));
     }
     return pieces;
   }
-
-  function paint(pen, { figure, v, face, film, words }) {
-    pen.strokeStyle = pen.fillStyle = color(figure.c, film);
-    pen.lineWidth = figure.w ?? 2;
-    pen.setLineDash(figure.d ? [6, 5] : []);
-    if (face) drawFace(pen, face, color(figure.f ?? figure.c, film));
-    else draw[figure.k]?.(pen, v, figure, film, words);
-  }
-
-  // A colour in more or less light.
-  function lit(hex, bright) {
-    const parts = /^#([0-9a-f]{2})([0-9a-f]{2})([0-9a-f]{2})/i.exec(hex);
-    if (!parts) return hex;
-    const glare = Math.max(0, bright - 1);
-    return "rgb(" + parts.slice(1).map((part) => {
-      const value = parseInt(part, 16) * Math.min(bright, 1);
-      return Math.round(value + glare * (255 - value));
-    }).join(",") + ")";
-  }
-
-  function drawFace(pen, face, hex) {
-    pen.fillStyle = lit(hex, face.bright);
-    // Seams between faces of a round side would show.
-    pen.strokeStyle = face.edges ? lit(hex, 0.5) : pen.fillStyle;
-    pen.lineWidth = face.edges ? 1 : 0.7;
-    outline(pen, face.flat);
-    pen.closePath();
-    pen.fill();
-    pen.stroke();
-  }
-
-  const outline = (pen, v) => {
-    pen.beginPath();
-    for (let k = 0; k < v.length; k += 2) pen.lineTo(px(v[k]), py(v[k + 1]));
-  };
-  const filled = (pen, figure, film) => {
-    if (!figure.f) return;
-    const stroke = pen.fillStyle;
-    pen.fillStyle = color(figure.f, film);
-    pen.fill();
-    pen.fillStyle = stroke;
-  };
-
-  const draw = {
-    line(pen, v, figure, film) {
-      outline(pen, v);
-      if (figure.z) { pen.closePath(); filled(pen, figure, film); }
-      pen.stroke();
-    },
-    disc(pen, v, figure, film) {
-      const [x, y, r] = [px(v[0]), py(v[1]), Math.max(1.5, Math.abs(v[2]) * view.scale)];
-      if (space) {
-        const shade = pen.createRadialGradient(x - 0.35 * r, y - 0.4 * r, 0.1 * r, x, y, r);
-        const hex = color(figure.c, film);
-        [[0, 1.35], [0.5, 1], [1, 0.6]].forEach(([stop, bright]) =>
-          shade.addColorStop(stop, lit(hex, bright)));
-        pen.fillStyle = shade;
-      }
-      pen.beginPath();
-      pen.arc(x, y, r, 0, 2 * Math.PI);
-      pen.fill();
-    },
-    circle(pen, v, figure, film) {
-      pen.beginPath();
-      pen.arc(px(v[0]), py(v[1]), Math.abs(v[2]) * view.scale, 0, 2 * Math.PI);
-      filled(pen, figure, film);
-      pen.stroke();
-    },
-    // Angles count in 1/10,000 rad; up is up, so they run against the canvas.
-    arc(pen, v) {
-      pen.beginPath();
-      pen.arc(px(v[0]), py(v[1]), Math.abs(v[2]) * view.scale, -v[3] / 1e4, -v[4] / 1e4, v[4] > v[3]);
-      pen.stroke();
-    },
-    dot(pen, v) {
-      pen.beginPath();
-      pen.arc(px(v[0]), py(v[1]), 7 * view.marks, 0, 2 * Math.PI);
-      pen.fill();
-    },
-    spring(pen, v, figure) {
-      const [ax, ay, bx, by] = [px(v[0]), py(v[1]), px(v[2]), py(v[3])];
-      const length = Math.hypot(bx - ax, by - ay) || 1;
-      const [ex, ey] = [(bx - ax) / length, (by - ay) / length];
-      const straight = 0.1 * length, half = 8 * view.marks, turns = 2 * figure.n;
-      pen.beginPath();
-      pen.moveTo(ax, ay);
-      pen.lineTo(ax + straight * ex, ay + straight * ey);
-      for (let k = 0; k < turns; k++) {
-        const s = straight + (length - 2 * straight) * (k + 0.5) / turns, side = k % 2 ? -half : half;
-        pen.lineTo(ax + s * ex - side * ey, ay + s * ey + side * ex);
-      }
-      pen.lineTo(bx - straight * ex, by - straight * ey);
-      pen.lineTo(bx, by);
-      pen.stroke();
-    },
-    arrow(pen, v) {
-      const [ax, ay, bx, by] = [px(v[0]), py(v[1]), px(v[2]), py(v[3])];
-      const length = Math.hypot(bx - ax, by - ay);
-      if (length < 0.5) return;
-      const head = Math.min(11 * view.marks, 0.6 * length);
-      const [ex, ey] = [(bx - ax) / length, (by - ay) / length];
-      pen.beginPath();
-      pen.moveTo(ax, ay);
-      pen.lineTo(bx - 0.8 * head * ex, by - 0.8 * head * ey);
-      pen.stroke();
-      pen.beginPath();
-      pen.moveTo(bx, by);
-      pen.lineTo(bx - head * ex - 0.45 * head * ey, by - head * ey + 0.45 * head * ex);
-      pen.lineTo(bx - head * ex + 0.45 * head * ey, by - head * ey - 0.45 * head * ex);
-      pen.fill();
-    },
-    text(pen, v, figure, film, words) {
-      pen.font = room.fontOfWords;
-      pen.textAlign = figure.b ? "left" : "center";
-      pen.textBaseline = "middle";
-      const shift = figure.b ? room.besideWords : 0;
-      pen.save();
-      pen.setLineDash([]);
-      pen.strokeStyle = palette.panel;
-      pen.lineWidth = 4;
-      pen.strokeText(words, px(v[0]) + shift, py(v[1]) - shift);
-      pen.restore();
-      pen.fillText(words, px(v[0]) + shift, py(v[1]) - shift);
-    },
-    ground(pen, v) {
-      const [ax, ay, bx, by] = [px(v[0]), py(v[1]), px(v[2]), py(v[3])];
-      const length = Math.hypot(bx - ax, by - ay) || 1, size = 9 * view.marks;
-      const [ex, ey] = [(bx - ax) / length, (by - ay) / length];
-      pen.beginPath();
-      pen.moveTo(ax, ay);
-      pen.lineTo(bx, by);
-      pen.stroke();
-      pen.lineWidth = 1;
-      pen.beginPath();
-      for (let s = size / 2; s <= length; s += size) {
-        pen.moveTo(ax + s * ex, ay + s * ey);
-        pen.lineTo(ax + (s - size) * ex - size * ey, ay + (s - size) * ey + size * ex);
-      }
-      pen.stroke();
-    },
-    pivot(pen, v) {
-      const [x, y, r] = [px(v[0]), py(v[1]), 5 * view.marks];
-      pen.beginPath();
-      pen.arc(x, y, r, 0, 2 * Math.PI);
-      pen.save();
-      pen.fillStyle = palette.panel;
-      pen.fill();
-      pen.restore();
-      pen.stroke();
-    },
-    trace() {},
-  };
 
   function drawTraces(pen, film) {
     const now = current(film);
@@ -361,57 +121,16 @@
     let number = 0;
     for (const figure of now.scene.figures) {
       if (figure.k === "trace") {
-        const trace = film.traces.get(figure.name);
-        const head = trace.map((_, axis) => now.value(now.scene.numbers[number + axis]));
-        pen.strokeStyle = color(figure.c, film);
-        pen.lineWidth = 0.75 * (figure.w ?? 2);
-        pen.setLineDash(figure.d ? [6, 5] : []);
-        pen.lineCap = "butt";
-        drawTrace(pen, trace, head, figure.s);
+        const trace = film.traces.get(figure.name), whole = figure.s == null;
+        painter.drawTrace(pen, figure, film.color, {
+          at: (k) => trace.map((column) => column[k]),
+          first: 0, end: Math.floor(frame),
+          head: trace.map((_, axis) => now.value(now.scene.numbers[number + axis])),
+          reach: whole || !step ? null : Math.max(0, Math.ceil(figure.s / step)),
+          perSecond: step ? data.speed / step : 1,
+        });
       }
       number += numbersOf(figure);
-    }
-    pen.globalAlpha = 1;
-    pen.lineCap = "round";
-    pen.setLineDash([]);
-  }
-
-  // Traces are drawn in pieces that fade: one of limited length to nothing, a whole one to a quiet ground
-  // after some seconds of playing, so that long motions do not bury the picture.
-  function drawTrace(pen, track, head, seconds) {
-    const end = Math.floor(frame), whole = seconds == null, perSecond = step ? data.speed / step : 1;
-    const reach = whole || !step ? end : Math.max(0, Math.ceil(seconds / step));
-    const begin = Math.max(0, end - reach), length = whole ? 15 : Math.max(1, Math.ceil(reach / 24));
-    const seen = (point) => (space ? space.project(point) : point);
-    const stroke = (from, to, opacity) => {
-      pen.globalAlpha = opacity;
-      pen.beginPath();
-      let down = false;
-      for (let k = from; k <= to; k++) {
-        const [x, y] = seen(track.map((column) => column[k]));
-        if (Number.isNaN(x) || Number.isNaN(y)) { down = false; continue; }
-        if (down) pen.lineTo(px(x), py(y)); else pen.moveTo(px(x), py(y));
-        down = true;
-      }
-      if (to === end && down && !head.some(Number.isNaN)) {
-        const [x, y] = seen(head);
-        pen.lineTo(px(x), py(y));
-      }
-      pen.stroke();
-    };
-    const opacity = (age) => whole ? 0.16 + 0.44 * Math.exp(-age / perSecond / 6)
-      : 0.05 + 0.75 * Math.max(0, 1 - age / (reach + 1));
-    let from = begin;
-    if (whole) {
-      const settled = length * Math.floor((end - 18 * perSecond) / length);
-      if (settled > begin) { stroke(begin, settled, 0.16); from = settled; }
-    }
-    // The pieces keep their places while time goes on: nothing flickers.
-    for (;;) {
-      const to = Math.min(end, length * (Math.floor(from / length) + 1));
-      stroke(from, to, opacity(end - (from + to) / 2));
-      if (to >= end) break;
-      from = to;
     }
   }
 
@@ -501,21 +220,6 @@
     return part > 0 && k < last ? values[k] + part * (values[k + 1] - values[k]) : values[k];
   }
 
-  // ---- numbers and times as people write them
-
-  const powerOfTen = (exponent) =>
-    "10" + String(exponent).replace("-", "⁻").replace(/\d/g, (digit) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[digit]);
-
-  function number(v, digits = 3) {
-    const size = Math.abs(v);
-    if (v === 0 || (size >= 1e-3 && size < 1e5)) {
-      return String(Number(v.toPrecision(digits))).replace("-", "−");
-    }
-    const [mantissa, exponent] = v.toExponential(digits - 1).split("e").map(Number);
-    const factor = mantissa === 1 ? "" : mantissa === -1 ? "−" : String(mantissa).replace("-", "−") + "×";
-    return factor + powerOfTen(exponent);
-  }
-
   const asLength = (v) => number(v) + (data.length_unit && " " + data.length_unit);
 
   // Times of very short and very long motions count in a power of ten.
@@ -577,43 +281,8 @@
   }
 
   $("play").addEventListener("click", () => setPlaying(!playing));
-  picture.addEventListener("click", () => { if (!dragged) setPlaying(!playing); });
-
-  // One finger or the mouse turns what is of space, two fingers or the wheel make it larger, a double click
-  // puts it back.
-  const held = new Map();
-  let dragged = false;
-  if (space) {
-    const apart = () => { const [a, b] = [...held.values()]; return Math.hypot(a.x - b.x, a.y - b.y); };
-    picture.classList.add("turns");
-    picture.addEventListener("pointerdown", (event) => {
-      if (!held.size) dragged = false;
-      held.set(event.pointerId, { x: event.clientX, y: event.clientY });
-      picture.setPointerCapture(event.pointerId);
-    });
-    picture.addEventListener("pointermove", (event) => {
-      const from = held.get(event.pointerId);
-      if (!from) return;
-      const to = { x: event.clientX, y: event.clientY }, moved = Math.hypot(to.x - from.x, to.y - from.y);
-      // A finger never holds still.
-      if (!dragged && moved < 4) return;
-      dragged = true;
-      const before = held.size === 2 ? apart() : 0;
-      held.set(event.pointerId, to);
-      if (held.size === 1) space.turn((to.x - from.x) / 120, (to.y - from.y) / 120);
-      else if (held.size === 2 && before > 0) space.magnify(apart() / before);
-      drawPicture();
-    });
-    for (const end of ["pointerup", "pointercancel"]) {
-      picture.addEventListener(end, (event) => held.delete(event.pointerId));
-    }
-    picture.addEventListener("wheel", (event) => {
-      event.preventDefault();
-      space.magnify(Math.exp(-0.0015 * event.deltaY * (event.deltaMode ? 30 : 1)));
-      drawPicture();
-    }, { passive: false });
-    picture.addEventListener("dblclick", () => { space.reset(); drawPicture(); });
-  }
+  picture.addEventListener("click", () => { if (!turnable?.dragged) setPlaying(!playing); });
+  const turnable = space ? makeTurnable(picture, space, drawPicture) : null;
   $("loop").addEventListener("click", () => setLooping(!looping));
   $("speed").addEventListener("change", () => faster(0));
   $("scrub").addEventListener("input", (event) => {
@@ -647,12 +316,11 @@
       Home: () => jump(0), End: () => jump(last),
       "+": () => faster(1), "=": () => faster(1), "-": () => faster(-1),
     };
-    const look = (action) => () => { action(); drawPicture(); };
-    if (space) Object.assign(actions, {
-      a: look(() => space.turn(-0.1, 0)), d: look(() => space.turn(0.1, 0)),
-      w: look(() => space.turn(0, -0.1)), s: look(() => space.turn(0, 0.1)),
-      z: look(() => space.magnify(1.1)), x: look(() => space.magnify(1 / 1.1)), 0: look(() => space.reset()),
-    });
+    if (space) {
+      for (const [key, look] of Object.entries(keysOfSpace(space))) {
+        actions[key] = () => { look(); drawPicture(); };
+      }
+    }
     const action = actions[event.key];
     if (action) { event.preventDefault(); action(); }
   });

@@ -9,7 +9,8 @@ use super::clock::Clock;
 use super::encode::{Bounds, Grid, differences};
 use super::{Animation, Recording};
 use crate::color::Color;
-use crate::text::{json, json_number, typeset, with_unit, xml};
+use crate::scripts;
+use crate::text::{fill, json, json_number, typeset, with_unit, xml};
 
 /// Azimuth and elevation of the eye in degrees: x comes toward the viewer and to the right, y goes away and
 /// to the right, and no axis hides another.
@@ -29,6 +30,7 @@ impl Animation<'_> {
         let mut methods: Vec<_> = self.films.iter().map(|(film, _)| film.method()).collect();
         methods.dedup();
         let subtitle: Vec<_> = methods.iter().chain(&clock.notes).map(|part| xml(part)).collect();
+        let script = [scripts::PAINT, include_str!("room.js"), include_str!("page.js")].concat();
         fill(
             include_str!("page.html"),
             &[
@@ -37,8 +39,8 @@ impl Animation<'_> {
                 ("subtitle", &subtitle.join(" · ")),
                 ("summary", &self.summaries()),
                 ("data", &self.data(clock, recordings)),
-                ("space", if is_spatial(recordings) { include_str!("space.js") } else { "" }),
-                ("script", concat!(include_str!("room.js"), include_str!("page.js"))),
+                ("space", if is_spatial(recordings) { scripts::SPACE } else { "" }),
+                ("script", &script),
             ],
         )
     }
@@ -139,21 +141,6 @@ impl Animation<'_> {
         out.push(']');
         out
     }
-}
-
-/// `template` with every `{{name}}` replaced; what is put in is not looked at again, whatever it holds.
-pub(super) fn fill(template: &str, values: &[(&str, &str)]) -> String {
-    let mut out = String::new();
-    let mut rest = template;
-    while let Some((before, after)) = rest.split_once("{{") {
-        out.push_str(before);
-        let (name, after) = after.split_once("}}").unwrap_or((after, ""));
-        let value = values.iter().find(|(known, _)| *known == name);
-        out.push_str(value.map_or("", |(_, value)| value));
-        rest = after;
-    }
-    out.push_str(rest);
-    out
 }
 
 /// Values as integers of a hundred-thousandth of their range.

@@ -1,6 +1,6 @@
 // How large the picture is drawn, so that all of the motion stays inside of it, with its words.
 "use strict";
-const makeRoom = ({ films, space, half, at, pointsOf, numbersOf }) => {
+const makeRoom = ({ films, space, half, at, numbersOf }) => {
   // Every figure at every instant, with its numbers, its words and where its film is.
   function everyFigure(visit) {
     for (const film of films) for (const scene of film.scenes) {
@@ -24,9 +24,6 @@ const makeRoom = ({ films, space, half, at, pointsOf, numbersOf }) => {
       if (figure.k !== "text") space.places(figure, v, pointsOf(figure), visit);
     });
   }
-
-  const fontOfWords = "14px system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif";
-  const besideWords = 11;   // pixels from a point to the words beside it
 
   // Where every text stands, how wide it is in pixels, and whether it is beside its point: once, in few
   // places of the view.
@@ -91,7 +88,6 @@ const makeRoom = ({ films, space, half, at, pointsOf, numbersOf }) => {
   const fromTheFirst = space ? space.extent(everyPlace) : [-half[0], half[0], -half[1], half[1]];
 
   return {
-    fontOfWords, besideWords,
     // Scale, and where the middle of the view is, in pixels.
     view(pen, width, height) {
       const reach = space ? space.reach(fromTheFirst, everyPlace) : fromTheFirst;

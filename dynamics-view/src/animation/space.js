@@ -5,10 +5,19 @@
 // that near things are a little larger. Faces, lines and balls are painted from the farthest to the nearest.
 "use strict";
 const makeSpace = (data) => {
-  const size = Math.hypot(...data.half) || 1, distance = 4 * size;
+  let half, size, distance, farthest;
   const light = [-0.42, 0.7, 0.58];   // to the right, up, toward the viewer
   let azimuth, elevation, zoom, turnedAway;
   let right, up, toward;
+
+  // How far what is shown reaches from its middle along x, y and z.
+  function resize(sides) {
+    half = sides;
+    size = Math.hypot(...half) || 1;
+    distance = 4 * size;
+    farthest = null;
+  }
+  resize(data.half);
 
   function aim() {
     const [sa, ca, se, ce] = [Math.sin(azimuth), Math.cos(azimuth), Math.sin(elevation), Math.cos(elevation)];
@@ -37,6 +46,12 @@ const makeSpace = (data) => {
   const project = (p) => {
     const [x, y, depth] = turned(p), f = factor(depth);
     return [f * x, f * y, depth, f];
+  };
+
+  // The place that is seen there, as near as `p`.
+  const unproject = ([x, y], p) => {
+    const depth = dot(p, toward), f = factor(depth);
+    return [0, 1, 2].map((axis) => x / f * right[axis] + y / f * up[axis] + depth * toward[axis]);
   };
 
   const points = (v, count, first = 0) =>
@@ -169,7 +184,6 @@ const makeSpace = (data) => {
     const z = 1 - (2 * k + 1) / 80, r = Math.sqrt(1 - z * z), s = k * Math.PI * (3 - Math.sqrt(5));
     return [r * Math.cos(s), r * Math.sin(s), z];
   });
-  let farthest = null;
   function outermost(every) {
     if (farthest) return farthest;
     const found = around.map(() => ({ far: -Infinity, p: null, radius: 0 }));
@@ -203,9 +217,9 @@ const makeSpace = (data) => {
   // The level grid under everything, as lines of the plane. `spacing` in parts of the view, `offset` from the
   // middle to a line along x and y.
   function floor(spacing, offset) {
-    const lines = [], z = -data.half[2];
+    const lines = [], z = -half[2];
     const [lo, hi] = [0, 1].map((sign) => [0, 1].map((axis) => {
-      const edge = (sign ? 1 : -1) * Math.max(data.half[axis], 0.35 * size);
+      const edge = (sign ? 1 : -1) * Math.max(half[axis], 0.35 * size);
       const k = (edge - offset[axis]) / spacing;
       return offset[axis] + spacing * (sign ? Math.ceil(k) : Math.floor(k));
     }));
@@ -219,7 +233,8 @@ const makeSpace = (data) => {
 
   const clamp = (x, lo, hi) => Math.max(lo, Math.min(hi, x));
   return {
-    project, pieces, places, extent, reach, floor, size, reset,
+    project, unproject, pieces, places, extent, reach, floor, resize, reset,
+    get size() { return size; },
     get zoom() { return zoom; },
     turn(by, rise) {
       azimuth -= by;

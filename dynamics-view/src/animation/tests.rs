@@ -4,7 +4,7 @@ use alloc::vec;
 use serde_json::{Value, json};
 
 use super::clock::Clock;
-use super::page::fill;
+use crate::text::fill;
 use super::*;
 use crate::point::tests::Body;
 

@@ -4,7 +4,7 @@ use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 use syn::Ident;
 
-use super::super::{Slot, Surface, docs, local, plain, quiet};
+use super::super::{Slot, Surface, coordinates, docs, local, plain, quiet};
 
 /// The types that carry the names of a model with families.
 pub(crate) fn family_types(surface: &Surface) -> TokenStream {
@@ -30,6 +30,7 @@ fn name_of(slot: &Slot, suffix: &str) -> Ident {
 
 fn coordinates(surface: &Surface) -> TokenStream {
     let (name, vis, private) = (surface.coordinates_type(), &surface.vis, surface.private());
+    let documentation = coordinates::documentation(surface);
     let (model, text, quiet) = (&surface.name, plain(&surface.name), quiet());
     let derive = docs::derive(&private, &["Clone", "Debug"]);
     let field = |slot: &Slot| {
@@ -75,6 +76,7 @@ fn coordinates(surface: &Surface) -> TokenStream {
         impl #private::Described for #model {
             type Coordinates = #name;
             const NAME: &'static #private::str = #text;
+            #documentation
         }
     }
 }

@@ -1,0 +1,80 @@
+//! Why there is no page.
+
+use dynamics_view::{FileError, suggest};
+
+/// A model or what was chosen for its page does not fit into one.
+#[derive(thiserror::Error)]
+#[non_exhaustive]
+pub enum LiveError {
+    /// The model has no programs outside of Rust.
+    #[error("`{model}` has no live page: {}; `.animate(..)` of a recorded motion shows it", .reasons.join("; "))]
+    NotPortable {
+        /// Its name.
+        model: &'static str,
+        /// What stands against it.
+        reasons: Vec<String>,
+    },
+    /// A smooth function is written in Rust alone.
+    #[error(
+        "the smooth function `{name}` is written in Rust alone; a page needs its pieces: take a \
+         `CubicSpline`, or implement `SmoothFunction::pieces`"
+    )]
+    Function {
+        /// Its field.
+        name: String,
+    },
+    /// A parameter of the model is not finite.
+    #[error("the parameter `{name}` is {value}; a page needs numbers")]
+    Parameter {
+        /// Its name.
+        name: String,
+        /// Its value.
+        value: f64,
+    },
+    /// There is nothing of this name.
+    #[error("there is no {what} `{name}`{}", hint(.name, .known))]
+    UnknownName {
+        /// `parameter`, `input`, `coordinate`, `switched constraint`, `event`, `quantity`.
+        what: &'static str,
+        /// The name that was given.
+        name: String,
+        /// The names that there are.
+        known: Vec<String>,
+    },
+    /// The ends of a slider are not two increasing numbers.
+    #[error("the slider of `{name}` goes from {} to {}; the second has to be greater, both finite", .range[0], .range[1])]
+    Range {
+        /// Name of the parameter or input.
+        name: String,
+        /// What was given.
+        range: [f64; 2],
+    },
+    /// A number that was chosen is out of its range.
+    #[error("{option} is {value}; it has to be {range}")]
+    Option {
+        /// Which.
+        option: &'static str,
+        /// What was given.
+        value: f64,
+        /// What may be given.
+        range: &'static str,
+    },
+    /// The file could not be written.
+    #[error(transparent)]
+    File(#[from] FileError),
+}
+
+fn hint(name: &str, known: &[String]) -> String {
+    match suggest(name, known.iter().map(String::as_str)) {
+        Some(near) => format!("; did you mean `{near}`?"),
+        None if known.is_empty() => "; the model has none".to_owned(),
+        None => format!("; there are `{}`", known.join("`, `")),
+    }
+}
+
+/// Its sentence: that is what `main` and `unwrap` print.
+impl core::fmt::Debug for LiveError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        core::fmt::Display::fmt(self, f)
+    }
+}

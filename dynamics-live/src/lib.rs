@@ -1,0 +1,27 @@
+//! Live pages: a model as one file that simulates in any browser.
+//!
+//! The macro prints a model's programs in JavaScript beside the Rust
+//! ([`Portable`](dynamics_runtime::model::Portable)). A page is these programs, the names and units of the
+//! model, a start, and the scripts of this crate. It needs no network and no server.
+//!
+//! | file | what it does |
+//! |---|---|
+//! | `live` | [`Live`], the builder: what the user chooses |
+//! | `plan` | what a page can hold, and what not |
+//! | `data` | the model and the choices as JSON |
+//! | `page` | all of it put into the template |
+//! | `scripts` | the scripts, as pages get them |
+//! | `motion/` | scripts that compute: sines with the bits of the library, methods, constraints, events |
+//! | `page/` | scripts and style of what is seen |
+
+mod data;
+mod error;
+mod live;
+mod page;
+mod plan;
+mod scripts;
+
+pub use error::LiveError;
+pub use live::{Live, OpenLive, PageMethod};
+#[doc(hidden)]
+pub use scripts::motion_script;

@@ -1,0 +1,616 @@
+// Events of a motion: zero crossings on the interpolant of a step, contacts, sticking and slipping, stops.
+//
+// A unilateral constraint has one function that is positive while it stays as it is, and it switches where that
+// falls through zero, as `dynamics-runtime/src/simulate/events/unilateral.rs` has it:
+//
+// | constraint | while it holds | while it is released |
+// |---|---|---|
+// | contact | λ: lifts off | Φ: impact, rebound or hold |
+// | stick–slip | the breakaway event: slips | ±(A q̇ + b) on the side to which it slips: sticks |
+//
+// A crossing is located on the interpolant. The step is then made again to end there, corrected by secants, so
+// that the end is that of the method and not of its interpolant.
+
+/** Rounding error of an event function, in parts of its size. */
+const EVENT_ROUNDING = 4 * Number.EPSILON;
+/** Accuracy of crossings, in parts of the step. */
+const CROSSING_RESOLUTION = 1e-12;
+/** Most events in one second of the motion. */
+const MOST_EVENTS_PER_SECOND = 1000;
+/** Most events that are kept; the oldest are dropped. */
+const MOST_EVENTS_KEPT = 10000;
+/** Times in a row that actions may happen at one instant. */
+const MAX_ACTIONS_AT_ONE_INSTANT = 16;
+/** Rest speed of a contact, in parts of its fastest hit; the same where it is hit again before it opened. */
+const REST_SPEED = 1e-3,
+  HIDDEN_HOP_REST_SPEED = 0.1;
+/** Gap below which an open contact takes part in an impact, in parts of 1 + |q|. */
+const TOUCHING_GAP = 1e-11;
+/** Rate of a row after an impact that is zero up to rounding, in parts of the largest speed in it. */
+const AT_REST_RATE = 1e-10;
+/** Values up to this part of the largest one in the step are zero at a state that an action left. */
+const AT_ZERO = 1e-13;
+/** First part of a step at which a function is looked at that leaves zero; the last one. */
+const FIRST_THETA = 1 / 35184372088832,
+  LAST_THETA = 0.125;
+
+class EventLocator {
+  constructor(motion) {
+    const { model, system } = motion;
+    this.motion = motion;
+    // The program may have more results: pivots of the accelerations that events read.
+    const named = system.has("events") ? (model.events ?? []) : [],
+      rows = model.rows ?? [];
+    this.model_events = named.length;
+    this.stops = new Map((model.stops ?? []).map((stop) => [stop.event ?? stop, stop.direction ?? 0]));
+    this.names = named.map(({ name }) => name);
+    const unilateral =
+      (kind) =>
+      ({ row, event, restitution, rest_speed }) => ({
+        kind,
+        row,
+        event,
+        mode: system.row_mode[row],
+        restitution: restitution ?? 0,
+        rest_speed: rest_speed ?? null,
+        fastest_hit: 0,
+        last_side: 1,
+        lifted_at: NaN,
+        grazes_until: -Infinity,
+      });
+    this.unilaterals = [
+      ...(model.contacts ?? []).map(unilateral("contact")),
+      ...(model.stick_slip ?? []).map(unilateral("slip")),
+    ];
+    for (const { row, kind } of this.unilaterals)
+      this.names.push(`${rows[row]?.name ?? `row ${row}`} ${kind}`);
+    this.count = this.names.length;
+    this.values = new Float64Array(this.count);
+    /** The signs of the functions; 0 where one is zero and has to be seen to leave it. */
+    this.signs = new Float64Array(this.count);
+    this.times = [];
+    this.out = new Float64Array(2 * motion.n);
+    this.at_one_instant = 0;
+    this.last_action = NaN;
+  }
+
+  // ---- values
+
+  is_held({ mode }) {
+    return this.motion.m[mode] === 0;
+  }
+
+  /** Values of all functions at a state with its q̈ and λ. */
+  evaluate(t, q, u, a, l, values = this.values) {
+    const { system } = this.motion;
+    const own = system.value("events", t, q, u, a, l);
+    for (let i = 0; i < this.model_events; i++) values[i] = own[i];
+    this.unilaterals.forEach((one, k) => {
+      const { kind, row, event, mode } = one;
+      let value;
+      if (kind === "contact") {
+        value = this.is_held(one) ? l[row] : system.value("residual", t, q, u)[row];
+        if (this.is_held(one) && t <= one.grazes_until) value = Math.abs(value) + Number.MIN_VALUE;
+      } else {
+        value = this.is_held(one)
+          ? own[event]
+          : system.value("velocity_residual", t, q, u)[row] * this.motion.m[mode];
+      }
+      values[this.model_events + k] = value;
+    });
+    return values;
+  }
+
+  /** The same at the present state. */
+  evaluate_here(values) {
+    const { t, q, u, a, l } = this.motion;
+    return this.evaluate(t, q, u, a, l, values);
+  }
+
+  /** The same at a part of the last step. */
+  evaluate_within(theta, values) {
+    const { motion } = this,
+      { n } = motion;
+    if (theta >= 1) return this.evaluate_here(values);
+    const { from } = motion;
+    if (theta <= 0) return this.evaluate(from.t, from.q, from.u, from.a, from.l, values);
+    const t = motion.t0 + theta * (motion.t - motion.t0);
+    motion.at(t, this.out);
+    const q = this.out.subarray(0, n),
+      u = this.out.subarray(n),
+      [a, l] = motion.solve_at(t, q, u);
+    return this.evaluate(t, q, u, a, l, values);
+  }
+
+  /** Whether no contact is open on the side where it is not free. */
+  check_gaps(t, q, u) {
+    const { system } = this.motion;
+    for (const one of this.unilaterals) {
+      if (one.kind !== "contact" || this.is_held(one)) continue;
+      const residual = system.value("residual", t, q, u)[one.row];
+      if (residual < -CONSISTENT * (1 + max_abs(q)))
+        return system.fail({ kind: "penetration", row: one.row, residual });
+    }
+    return true;
+  }
+
+  /** The motion starts at the present state. */
+  start() {
+    if (this.count === 0) return;
+    for (const one of this.unilaterals)
+      [one.fastest_hit, one.lifted_at, one.grazes_until] = [0, NaN, -Infinity];
+    this.times.length = 0;
+    [this.at_one_instant, this.last_action] = [0, NaN];
+    this.motion.jumped = null;
+    this.evaluate_here();
+    for (let i = 0; i < this.count; i++) this.signs[i] = sign_of(this.values[i]);
+    this.unilaterals.forEach((one, k) => {
+      const i = this.model_events + k;
+      // A closed contact that would pull, and an open one at zero up to rounding, decide in the first step.
+      if (this.values[i] < 0) this.signs[i] = 0;
+    });
+    this.pending = this.unilaterals.some(
+      (one, k) => this.is_held(one) && this.values[this.model_events + k] < 0,
+    );
+  }
+
+  // ---- crossings of a step
+
+  /** Treats the events of the step just made. False where the motion cannot go on. */
+  after_step() {
+    if (this.count === 0) return true;
+    const { motion } = this;
+    motion.jumped = null;
+    if (this.pending) {
+      // The start itself cannot stay as it is.
+      this.pending = false;
+      motion.undo();
+      return this.act([]);
+    }
+    const found = this.scan();
+    if (found === null) return false;
+    const acting = found.findIndex((crossing) => this.acts(crossing));
+    if (acting < 0) {
+      found.forEach((crossing) =>
+        this.record(crossing.index, this.time_of(crossing.theta), crossing.direction, "event"),
+      );
+      this.signs.set(this.signs_at_end);
+      return this.is_rate_permitted();
+    }
+    const first = found[acting],
+      from = motion.t0,
+      h = motion.t - motion.t0,
+      passive = found.slice(0, acting);
+    const theta = this.end_at(first);
+    if (theta === null) return false;
+    for (const crossing of passive) {
+      this.record(crossing.index, Math.min(from + crossing.theta * h, motion.t), crossing.direction, "event");
+    }
+    // Everything that crosses at this instant acts together.
+    const together = found.filter(
+      (crossing) => this.acts(crossing) && Math.abs(crossing.theta - first.theta) <= 1e-9,
+    );
+    return this.act(together);
+  }
+
+  time_of(theta) {
+    return this.motion.t0 + theta * (this.motion.t - this.motion.t0);
+  }
+
+  acts({ index, direction }) {
+    if (index >= this.model_events) return direction < 0;
+    const wanted = this.stops.get(index);
+    return wanted !== undefined && (wanted === 0 || wanted === direction);
+  }
+
+  /** The crossings of the last step up to the first one that acts, in order; null where a function is NaN. */
+  scan() {
+    const { motion, count } = this,
+      { panels } = motion.plan.method;
+    const thetas = Array.from({ length: panels + 1 }, (_, part) => sample_position(part, panels));
+    const samples = thetas.map((theta) => this.evaluate_within(theta, new Float64Array(count)));
+    const scratch = new Float64Array(count),
+      found = [];
+    this.signs_at_end = this.signs.slice();
+    this.sizes = new Float64Array(count);
+    for (let i = 0; i < count; i++) {
+      for (const values of samples) this.sizes[i] = Math.max(this.sizes[i], Math.abs(values[i]));
+      const g = (theta) => this.evaluate_within(theta, scratch)[i];
+      let column = thetas.map((theta, k) => [theta, samples[k][i]]),
+        sign = this.signs[i];
+      if (column.some(([, value]) => Number.isNaN(value))) {
+        motion.system.fail({ kind: "event_not_a_number", name: this.names[i] });
+        return null;
+      }
+      if (sign === 0) {
+        const start = this.departure(i, column[0][1], g);
+        if (start.crossing) found.push({ index: i, theta: 0, direction: -1 });
+        sign = start.sign;
+        if (start.theta > 0)
+          column = [[start.theta, start.value], ...column.filter(([theta]) => theta > start.theta)];
+      }
+      for (const [theta, direction] of follow(refined(column, g), sign, g))
+        found.push({ index: i, theta, direction });
+      this.signs_at_end[i] = sign_of(column[column.length - 1][1]) || sign;
+    }
+    found.sort((a, b) => a.theta - b.theta);
+    return found;
+  }
+
+  /** How a function leaves zero at the start of a step. */
+  departure(index, start, g) {
+    const unilateral = index >= this.model_events,
+      noise = EVENT_ROUNDING * (1 + Math.abs(start));
+    const found = departure_from_zero(start, noise, g);
+    if (found.kind === "seen") {
+      const crossing = unilateral && found.value < 0;
+      return {
+        crossing,
+        sign: crossing ? 0 : Math.sign(found.value),
+        theta: found.theta,
+        value: found.value,
+      };
+    }
+    if (unilateral && found.kind === "hidden") return { crossing: found.sign > 0, sign: 0, theta: 0 };
+    // It does not leave zero regularly: an open contact falls where it is seen below zero.
+    return { crossing: false, sign: unilateral && this.sizes[index] > 1e-11 ? 1 : 0, theta: 0 };
+  }
+
+  /**
+   * Makes the last step again to end at a crossing. Returns the part of the step, 0 where the motion then stands
+   * at its start; null where it fails.
+   */
+  end_at({ index, theta }) {
+    const { motion } = this,
+      from = motion.t0,
+      h = motion.t - from,
+      values = new Float64Array(this.count);
+    const g = (x) => this.evaluate_within(x, values)[index];
+    const near = Math.max(theta - 1e-4, 0),
+      far = Math.min(theta + 1e-4, 1);
+    let slope = (g(far) - g(near)) / (far - near),
+      best = null,
+      last = null,
+      current = 1;
+    motion.undo();
+    if (theta <= 0 || from + theta * h === from) return 0;
+    for (let trial = 0; trial < 4; trial++) {
+      if (trial > 0) motion.undo();
+      if (!motion.repeat(from + theta * h)) {
+        if (best === null) return null;
+        current = NaN;
+        break;
+      }
+      current = theta;
+      const miss = this.evaluate_here(values)[index];
+      if (best === null || Math.abs(miss) < Math.abs(best.miss)) best = { theta, miss };
+      if (last !== null && theta !== last.theta) slope = (miss - last.miss) / (theta - last.theta);
+      last = { theta, miss };
+      const better = theta - miss / slope;
+      if (!(better > 0 && better <= 1) || Math.abs(better - theta) <= CROSSING_RESOLUTION) break;
+      theta = better;
+    }
+    if (current !== best.theta) {
+      if (!Number.isNaN(current)) motion.undo();
+      if (!motion.repeat(from + best.theta * h)) return null;
+    }
+    return best.theta;
+  }
+
+  // ---- actions
+
+  /** Applies the actions of crossings at the present state, and goes on from the state that they leave. */
+  act(crossings) {
+    const { motion } = this,
+      { system } = motion,
+      energy = new Float64Array(3);
+    if (motion.t === this.last_action) this.at_one_instant++;
+    else [this.at_one_instant, this.last_action] = [0, motion.t];
+    const stop = crossings.find(({ index }) => index < this.model_events);
+    const before = motion.energies(energy)[2],
+      jumped = this.copy_end(),
+      fired = new Set();
+    const values = this.evaluate_here(new Float64Array(this.count));
+    const modes = motion.m.slice();
+    if (this.at_one_instant >= MAX_ACTIONS_AT_ONE_INSTANT)
+      return this.repeats(crossings[0]?.index ?? this.model_events);
+    for (const { index, direction } of crossings) {
+      fired.add(index);
+      if (index < this.model_events) this.record(index, motion.t, direction, "stop");
+      else if (
+        !this.switch(index, motion.m[this.unilateral(index).mode] !== modes[this.unilateral(index).mode])
+      )
+        return false;
+    }
+    // Constraints that cannot stay as they are switch, too: contacts that would pull, sticking that breaks away.
+    const most = 2 * this.unilaterals.length;
+    for (let turn = 0; this.unilaterals.length > 0; turn++) {
+      if (!this.settle()) return false;
+      this.evaluate_here(values);
+      const untenable = this.unilaterals.findIndex(
+        (one, k) =>
+          this.is_held(one) &&
+          values[this.model_events + k] < 0 &&
+          !(Math.abs(values[this.model_events + k]) <= AT_ZERO * (this.sizes?.[this.model_events + k] ?? 0)),
+      );
+      if (untenable < 0) break;
+      if (turn >= most) return this.repeats(this.model_events + untenable);
+      fired.add(this.model_events + untenable);
+      if (!this.switch(this.model_events + untenable, false)) return false;
+    }
+    motion.jumped = jumped;
+    motion.work += motion.energies(energy)[2] - before || 0;
+    if (motion.plan !== null) {
+      [motion.plan.origin, motion.plan.count] = [motion.t, 0];
+      motion.plan.controller?.restart();
+    }
+    this.evaluate_here(values);
+    for (let i = 0; i < this.count; i++) {
+      const switched =
+        i >= this.model_events &&
+        (fired.has(i) || motion.m[this.unilateral(i).mode] !== modes[this.unilateral(i).mode]);
+      const at_zero = Math.abs(values[i]) <= AT_ZERO * (this.sizes?.[i] ?? 0);
+      if (switched && (this.is_open_gap(i) || at_zero)) this.signs[i] = 0;
+      else if (fired.has(i) || at_zero) this.signs[i] = 0;
+      else this.signs[i] = sign_of(values[i]);
+    }
+    if (stop !== undefined) {
+      motion.ended = true;
+      motion.reason = system.words({ kind: "stopped", name: this.names[stop.index], t: motion.t });
+    }
+    return this.is_rate_permitted();
+  }
+
+  unilateral(index) {
+    return this.unilaterals[index - this.model_events];
+  }
+
+  is_open_gap(index) {
+    const one = this.unilateral(index);
+    return one !== undefined && !this.is_held(one);
+  }
+
+  /** The end of the last step before an action, for the interpolant. */
+  copy_end() {
+    const { q, u, a } = this.motion;
+    return { q: q.slice(), u: u.slice(), a: a.slice() };
+  }
+
+  repeats(index) {
+    const contact = this.unilateral(index)?.kind === "contact";
+    return this.motion.system.fail({ kind: "event_repeats", name: this.names[index], contact });
+  }
+
+  /** Makes the present state consistent with the constraints that hold, and evaluates it. */
+  settle() {
+    const { motion } = this,
+      { system, t, q, u } = motion;
+    system.switch_modes();
+    if (motion.r > 0 && !system.constraints.project(t, q, u)) return false;
+    return system.accelerate(t, q, u, motion.a, motion.l);
+  }
+
+  /** Switches a unilateral constraint whose function has fallen to zero. */
+  switch(index, already) {
+    const one = this.unilateral(index),
+      { motion } = this,
+      { m, t } = motion;
+    if (already) return true;
+    if (one.kind === "slip") {
+      if (!this.is_held(one)) {
+        one.last_side = m[one.mode];
+        m[one.mode] = 0;
+        this.record(index, t, -1, "sticks");
+        return true;
+      }
+      // Against the reaction, which the friction of slipping takes over.
+      const reaction = motion.l[one.row];
+      m[one.mode] = reaction !== 0 ? -Math.sign(reaction) : one.last_side;
+      this.record(index, t, -1, "slips");
+      return true;
+    }
+    if (this.is_held(one)) {
+      m[one.mode] = 1;
+      one.lifted_at = t;
+      one.grazes_until = -Infinity;
+      this.record(index, t, -1, "lifts off");
+      return true;
+    }
+    if (one.lifted_at === t) {
+      // Its reaction only grazed zero: it closes again before it was seen to open.
+      one.grazes_until = t + Math.abs(motion.plan.h);
+      m[one.mode] = 0;
+      this.record(index, t, -1, "closes");
+      return true;
+    }
+    return this.close(index, one);
+  }
+
+  /** The coefficient of restitution of a hit: 0 where it is too slow to rebound. */
+  restitution(one, rate) {
+    one.fastest_hit = Math.max(one.fastest_hit, -rate);
+    return -rate > (one.rest_speed ?? REST_SPEED * one.fastest_hit) ? one.restitution : 0;
+  }
+
+  /** An impact on a contact and on all others that touch: each rebounds or holds. */
+  close(index, struck) {
+    const { motion } = this,
+      { system, m, t, q, u } = motion,
+      { constraints } = system;
+    system.switch_modes();
+    if (!constraints.project_velocities(t, q, u)) return false;
+    const gaps = system.value("residual", t, q, u).slice(),
+      rates = system.value("velocity_residual", t, q, u).slice();
+    const limit = (one, part) => one.rest_speed ?? part * one.fastest_hit;
+    const hits = this.unilaterals.filter(
+      (one) =>
+        one.kind === "contact" &&
+        (one === struck ||
+          this.is_held(one) ||
+          gaps[one.row] <= 0 ||
+          gaps[one.row] <= TOUCHING_GAP * (1 + max_abs(q))),
+    );
+    const held_before = hits.map((one) => this.is_held(one));
+    const returning = rates[struck.row] > 0 && rates[struck.row] <= limit(struck, HIDDEN_HOP_REST_SPEED);
+    if (rates[struck.row] > 0 && !returning) return true;
+    const es = hits.map((one, i) => (held_before[i] ? 0 : this.restitution(one, rates[one.row])));
+    const at_rest =
+      returning ||
+      hits.every((one, i) => held_before[i] || Math.abs(rates[one.row]) <= limit(one, REST_SPEED));
+    for (const one of hits) m[one.mode] = at_rest ? 0 : 1;
+    const before = u.slice();
+    const list = hits.map((one, i) => ({
+      row: one.row,
+      restitution: at_rest ? 0 : es[i],
+      side: at_rest ? 0 : 1,
+    }));
+    if (!impact(constraints, t, q, u, list)) return false;
+    const after = system.value("velocity_residual", t, q, u).slice(),
+      jacobian = system.value("jacobian", t, q, u);
+    const fastest = Math.max(...hits.map((one) => Math.abs(rates[one.row])));
+    for (const one of hits) {
+      let largest = fastest;
+      for (let j = 0; j < motion.n; j++) {
+        const speed = Math.max(Math.abs(before[j]), Math.abs(u[j]));
+        largest = Math.max(largest, Math.abs(jacobian[one.row * motion.n + j]) * speed);
+      }
+      if (Math.abs(after[one.row]) <= AT_REST_RATE * largest) m[one.mode] = 0;
+    }
+    this.record(index, t, -1, this.is_held(struck) ? "closes" : "impact");
+    return true;
+  }
+
+  record(index, t, direction, what) {
+    const { events } = this.motion;
+    events.push({ index, name: this.names[index], t, direction, what });
+    if (events.length > MOST_EVENTS_KEPT) events.splice(0, events.length - MOST_EVENTS_KEPT);
+    this.times.push(t);
+    if (this.times.length > MOST_EVENTS_PER_SECOND) this.times.shift();
+  }
+
+  /** Fails where more events happen in a second of the motion than a page can follow. */
+  is_rate_permitted() {
+    const { motion, times } = this;
+    if (times.length < MOST_EVENTS_PER_SECOND || Math.abs(motion.t - times[0]) > 1) return true;
+    const { name } = motion.events[motion.events.length - 1];
+    return motion.system.fail({ kind: "too_many_events", name, t: motion.t, count: MOST_EVENTS_PER_SECOND });
+  }
+}
+
+function sign_of(value) {
+  return value > 0 ? 1 : value < 0 ? -1 : 0;
+}
+
+/** The part of a step of a sample: nearly equidistant, but not quite, so that no oscillation hides. */
+function sample_position(part, parts) {
+  if (part === 0 || part === parts) return part / parts;
+  const turns = part * 0.618033988749895;
+  return (part + 0.4 * (turns - Math.floor(turns) - 0.5)) / parts;
+}
+
+/**
+ * Samples with further ones where a function comes near zero between three of them and turns back: the vertex of
+ * the parabola through these, twice.
+ */
+function refined(column, g) {
+  const out = [column[0]];
+  for (let k = 1; k < column.length; k++) {
+    const a = column[Math.max(k - 2, 0)],
+      b = column[k - 1],
+      c = column[k];
+    const d = column[Math.min(k + 1, column.length - 1)];
+    let best = null;
+    for (const [x, y, z] of [
+      [a, b, c],
+      [b, c, d],
+    ]) {
+      if (x[0] === y[0] || y[0] === z[0] || sign_of(b[1]) !== sign_of(c[1])) continue;
+      const first = (y[1] - x[1]) / (y[0] - x[0]),
+        second = (z[1] - y[1]) / (z[0] - y[0]);
+      const bend = (second - first) / (z[0] - x[0]),
+        vertex = 0.5 * (x[0] + y[0]) - (0.5 * first) / bend;
+      // A minimum of |g| inside of this part that comes near zero.
+      if (!(vertex > b[0] && vertex < c[0]) || bend * b[1] <= 0) continue;
+      const value = x[1] + first * (vertex - x[0]) + bend * (vertex - x[0]) * (vertex - y[0]);
+      if (Math.abs(value) < 0.5 * Math.min(Math.abs(b[1]), Math.abs(c[1])) || value * b[1] < 0) best = vertex;
+    }
+    if (best !== null) {
+      let middle = [best, g(best)];
+      if (middle[1] * b[1] > 0) {
+        const first = (middle[1] - b[1]) / (middle[0] - b[0]),
+          second = (c[1] - middle[1]) / (c[0] - middle[0]);
+        const bend = (second - first) / (c[0] - b[0]),
+          again = 0.5 * (b[0] + middle[0]) - (0.5 * first) / bend;
+        if (again > b[0] && again < c[0]) middle = [again, g(again)];
+      }
+      out.push(middle);
+    }
+    out.push(c);
+  }
+  return out;
+}
+
+/** The crossings (θ, direction) of a function that is followed from sample to sample from a known sign on. */
+function follow(column, sign, g) {
+  const found = [];
+  for (let k = 1; k < column.length; k++) {
+    const to = column[k],
+      now = sign_of(to[1]);
+    if (now === 0 || now === sign) continue;
+    if (sign !== 0) {
+      const from = column[k - 1];
+      found.push([sign_of(from[1]) === sign ? illinois(g, from, to) : from[0], now]);
+    }
+    sign = now;
+  }
+  return found;
+}
+
+/** A root between two points of different signs by the Illinois method; the end beyond the crossing. */
+function illinois(g, [a, ga], [b, gb]) {
+  for (let turn = 0; turn < 100 && b - a > CROSSING_RESOLUTION; turn++) {
+    let x = b - (gb * (b - a)) / (gb - ga);
+    // Every third step halves the interval, so that it ends even where the function jumps.
+    if (!(x > a && x < b) || turn % 3 === 2) x = 0.5 * (a + b);
+    if (x === a || x === b) break;
+    const value = g(x);
+    if (value === 0) return x;
+    if (sign_of(value) === sign_of(gb)) {
+      [b, gb] = [x, value];
+      ga *= 0.5;
+    } else {
+      [a, ga] = [x, value];
+      gb *= 0.5;
+    }
+  }
+  return b;
+}
+
+/**
+ * How a function leaves zero: evaluated at doubling distances until its change grows regularly twice in a row,
+ * by 2 with a slope, by more than 3 without. As `dynamics-runtime/src/simulate/events/restart.rs`.
+ */
+function departure_from_zero(start, noise, g) {
+  let last = [0, 0];
+  for (let theta = FIRST_THETA; theta <= LAST_THETA;) {
+    const value = g(theta),
+      change = value - start,
+      first = last[1] / last[0],
+      second = change / last[1];
+    last = [last[1], change];
+    const regular = (x) => x >= 1.6 && x < 2.4;
+    const slope = regular(first) && regular(second),
+      tangent = first > 3 && second > 3 && Number.isFinite(first);
+    theta *= 2;
+    if (!(slope || tangent) || Math.abs(change) <= noise) continue;
+    const sign = Math.sign(change);
+    let [at, seen] = [0.5 * theta, value];
+    while (!(seen * sign > 0)) {
+      at *= 2;
+      if (at > LAST_THETA) return { kind: "hidden", sign };
+      seen = g(at);
+    }
+    return { kind: "seen", theta: at, value: seen };
+  }
+  return { kind: "constant" };
+}

@@ -1,0 +1,34 @@
+//! The page: programs, data and scripts put into the template.
+
+use dynamics_runtime::model::{Portable, SimulationModel};
+use dynamics_view::text::fill;
+use dynamics_view::text::xml;
+
+use crate::data;
+use crate::error::LiveError;
+use crate::live::Live;
+use crate::scripts::{motion_script, page_script, style};
+
+/// The page as text.
+pub(crate) fn page<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<String, LiveError> {
+    let data = data::data(live);
+    let title = data::title(live);
+    Ok(fill(
+        include_str!("page/page.html"),
+        &[
+            ("title", &xml(&title)),
+            ("about", &xml(first_paragraph(M::DOCUMENTATION))),
+            ("style", &style()),
+            ("equations", M::MATHML),
+            ("motion", &motion_script()),
+            ("programs", M::JAVASCRIPT),
+            ("model", &data),
+            ("page", &page_script(true)),
+        ],
+    ))
+}
+
+/// What a page says of a model under its title.
+fn first_paragraph(documentation: &str) -> &str {
+    documentation.split("\n\n").next().unwrap_or_default()
+}

@@ -1,0 +1,324 @@
+// The page: what the viewer does, the address, and the clock.
+"use strict";
+const $ = (id) => document.getElementById(id);
+const player = new Player(), picture = new Picture($("picture"), player);
+const phase = new PhasePlot($("phase"), player), precision = new Precision($("precision"), player);
+const plots = [];
+let dirty = true, chartDirty = true, frames = 0, spent = 0, clockBefore = null;
+
+// ---- words
+
+let toastTimer;
+function toast(text) {
+  $("toast").textContent = text;
+  $("toast").classList.add("on");
+  clearTimeout(toastTimer);
+  toastTimer = setTimeout(() => $("toast").classList.remove("on"), 4000);
+}
+const setStatus = (text) => { if ($("status").textContent !== text) $("status").textContent = text; };
+
+// Times with as many digits as the pace shows; very short and very long ones count in a power of ten.
+function timeWords(t) {
+  const { pace } = player, power = pace < 1e-3 || pace > 1e4 ? Math.floor(Math.log10(pace)) : 0;
+  const digits = clamp(2 - Math.floor(Math.log10(pace)) + power, 0, 6);
+  return (t / 10 ** power).toFixed(digits).replace(/^-(?=0\.?0*$)/, "").replace("-", "−")
+    + (power ? scaled(power, "s") : " s");
+}
+// What a screen reader says of a picture that stands.
+let sayTimer;
+function say() {
+  clearTimeout(sayTimer);
+  sayTimer = setTimeout(() => {
+    const y = player.show(), shown = MODEL.coordinates.slice(0, 6).map(({ name, unit }, i) => `${name} = ${number(y[i])} ${unit}`.trim());
+    if (N > 6) shown.push(`and ${N - 6} more`);
+    const text = `t = ${timeWords(player.time())}: ${shown.join(", ")}`;
+    $("live").textContent = text;
+    $("picture").setAttribute("aria-label", `${MODEL.title}, ${text}`);
+  }, 250);
+}
+
+// ---- play, scrub, start again
+
+function setPlaying(on) {
+  if (on && player.reason && player.head >= player.last - 1e-6) player.begin(player.start);
+  if (on) player.cut();
+  player.playing = on;
+  $("sign").setAttribute("d", on ? "M6 5h4v14H6zM14 5h4v14h-4z" : "M7 4.5v15l12.5-7.5z");
+  $("play").setAttribute("aria-label", on ? "pause" : "play");
+  clockBefore = null;
+  pacing.clear();
+  if (!on) say();
+  dirty = true;
+}
+// A start that the viewer chose.
+function takeStart(start, forget = true) {
+  if (forget) picture.forget();
+  const refusal = player.begin(start);
+  if (!refusal) syncStart();
+  return refusal;
+}
+const backToStart = () => { player.begin(player.start); dirty = true; };
+// One instant after another while the motion stands.
+function stepBy(instants) {
+  if (player.playing) setPlaying(false);
+  const goal = player.head + instants;
+  for (const deadline = performance.now() + 50; player.last < goal;) {
+    if (player.advance(deadline) !== "more") break;
+  }
+  player.seek(goal);
+  say();
+  dirty = true;
+}
+
+// Whether playing keeps up, over about a second.
+const pacing = {
+  clear() { this.wanted = this.reached = 0; this.slow = ""; },
+  note(passed, part) {
+    this.wanted += passed;
+    this.reached += passed * part;
+    if (this.wanted < 0.8) return;
+    const share = this.reached / this.wanted, { motion } = player;
+    const rate = player.now.slice(N).reduce((most, u) => Math.max(most, Math.abs(u)), 0);
+    const step = `steps of ${number(motion.t - (motion.t0 ?? motion.t), 2)} s, rates up to ${number(rate, 2)} per second`;
+    this.clear();
+    if (share < 1e-3) this.slow = `does not get ahead: ${step}`;
+    else if (share < 0.93) this.slow = `×${number(share * player.speed, 2)}: as fast as this device computes it (${step})`;
+  },
+};
+
+// ---- the picture under the finger
+
+const turnable = picture.space ? makeTurnable($("picture"), picture.space, () => { dirty = true; }, takesPoint) : null;
+function takesPoint(event) {
+  const box = $("picture").getBoundingClientRect();
+  if (picture.held) return picture.held.pointer === event.pointerId;
+  return event.isPrimary && Boolean(picture.handleAt(event.clientX - box.left, event.clientY - box.top, event.pointerType === "touch"));
+}
+let pressed = null;   // whether the last press took a point
+function listenToPicture() {
+  const canvas = $("picture");
+  canvas.addEventListener("pointerdown", (event) => {
+    const box = canvas.getBoundingClientRect();
+    const handle = picture.held || !event.isPrimary || event.button ? null
+      : picture.handleAt(event.clientX - box.left, event.clientY - box.top, event.pointerType === "touch");
+    pressed = Boolean(handle);
+    if (!handle) return;
+    picture.take(event, handle);
+    $("hint").classList.add("gone");
+    dirty = true;
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    if (picture.held?.pointer !== event.pointerId) return;
+    const refusal = picture.move(event);
+    setStatus(refusal ?? "");
+    syncStart();
+    dirty = true;
+  });
+  for (const kind of ["pointerup", "pointercancel"]) {
+    canvas.addEventListener(kind, (event) => {
+      if (picture.held?.pointer !== event.pointerId) return;
+      if (picture.release(event)) { syncStart(); setPlaying(true); }
+      dirty = true;
+    });
+  }
+  canvas.addEventListener("click", () => { if (!pressed && !turnable?.dragged) setPlaying(!player.playing); });
+  canvas.addEventListener("keydown", nudgeByKey);
+  for (const kind of ["focus", "blur"]) canvas.addEventListener(kind, () => { dirty = true; });
+}
+// On the focused picture arrows move a point, N takes the next one.
+function nudgeByKey(event) {
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+  const handles = picture.handles();
+  if (!handles.length || !(way || event.key === "n")) return;
+  event.preventDefault();
+  event.stopPropagation();
+  if (player.playing) setPlaying(false);
+  if (way) {
+    picture.nudge(...way.map((x) => x * (event.shiftKey ? 5 : 1)));
+    syncStart();
+    say();
+  } else {
+    picture.grip = (picture.grip + 1) % handles.length;
+    $("live").textContent = `point ${handles[picture.grip].name}`;
+  }
+  dirty = true;
+}
+
+// ---- keys
+
+function listenToKeys() {
+  document.addEventListener("keydown", (event) => {
+    const within = (selector) => event.target.closest?.(selector);
+    // What a focused control does with its keys is its own affair.
+    if (event.ctrlKey || event.metaKey || event.altKey || within("select, summary, dialog")
+      || (event.key === " " && within("button")) || (event.key.startsWith("Arrow") && within("input"))) return;
+    const far = event.shiftKey ? RATE : RATE / 10;
+    const actions = {
+      " ": () => setPlaying(!player.playing), r: backToStart, R: backToStart,
+      ArrowLeft: () => stepBy(-far), ArrowRight: () => stepBy(far), ",": () => stepBy(-1), ".": () => stepBy(1),
+      ...(picture.space ? keysOfSpace(picture.space) : {}),
+    };
+    if (!Object.hasOwn(actions, event.key)) return;
+    event.preventDefault();
+    actions[event.key]();
+    dirty = true;
+  });
+}
+
+// ---- how far the motion reaches
+
+// Runs ahead of the motion from every start, so that the view and the sliders know how far it reaches.
+const probe = {
+  shadow: new Motion(PROGRAMS, MODEL), wanted: false, spent: 0,
+  stale() { this.wanted = true; this.spent = 0; this.begun = false; },
+  begin() {
+    const { shadow } = this, { t, q, u, m } = player.start;
+    this.begun = true;
+    this.lo = new Float64Array(2 * N).fill(Infinity);
+    this.hi = new Float64Array(2 * N).fill(-Infinity);
+    this.next = t;
+    shadow.p.set(player.motion.p);
+    return !(shadow.refresh() ?? shadow.start(t, q, u, player.w, m));
+  },
+  // Works until `deadline` or for 60 ms in all; looks thirty times in a second of playing.
+  work(deadline) {
+    if (!this.wanted || player.held) return;
+    const { shadow } = this, began = performance.now(), { method } = player;
+    const accuracy = METHODS[method].fixed ? player.accuracy : Math.max(player.accuracy, 1e-6);
+    const end = Math.min(player.start.t + 10 * player.pace, player.end), y = new Float64Array(2 * N);
+    let fine = this.begun || this.begin();
+    while (fine && this.next <= end && performance.now() < deadline) {
+      while (fine && shadow.t < this.next && performance.now() < deadline) fine = shadow.step(method, accuracy, Infinity);
+      if (!fine || shadow.t < this.next) break;
+      if (this.next < shadow.t) shadow.at(this.next, y);
+      else { y.set(shadow.q); y.set(shadow.u, N); }
+      for (let i = 0; i < 2 * N; i++) { this.lo[i] = Math.min(this.lo[i], y[i]); this.hi[i] = Math.max(this.hi[i], y[i]); }
+      if (picture.program) picture.include(picture.sample(this.next, y, shadow));
+      this.next += player.pace / 30;
+    }
+    this.spent += performance.now() - began;
+    if (fine && this.next <= end && this.spent < 60) return;
+    this.wanted = false;
+    if (!this.fitted && this.lo[0] <= this.hi[0]) { this.fitted = true; fitStartSliders(this); }
+  },
+};
+
+// ---- the clock
+
+// Plots that nobody sees are not drawn.
+const inSight = new Set();
+const sight = new IntersectionObserver((entries) => {
+  for (const { target, isIntersecting } of entries) inSight[isIntersecting ? "add" : "delete"](target);
+  dirty = chartDirty = true;
+}, { rootMargin: "100px" });
+
+function drawAll() {
+  player.show();
+  picture.draw();
+  for (const plot of plots) if (inSight.has(plot.canvas)) plot.draw();
+  if (chartDirty) {
+    chartDirty = false;
+    precision.draw();
+    $("horizon").textContent = `after ${number(precision.span ?? 5 * player.pace)} s` + (precision.busy ? " …" : "");
+  }
+  $("time").textContent = timeWords(player.time());
+  $("scale").textContent = picture.spacing ? `grid ${number(picture.spacing)} ${MODEL.length_unit ?? ""}`.trim() : "";
+  $("scrub").value = player.last > player.first ? (player.head - player.first) / (player.last - player.first) : 1;
+  if (!player.playing) $("scrub").setAttribute("aria-valuetext", timeWords(player.time()));
+  const { shown } = player, part = player.scale > 0 ? Math.abs(shown.drift) / player.scale : 0;
+  $("drift").textContent = `drift ${part < 1e-16 ? "0" : number(part, 2)}`;
+  $("drift").classList.toggle("bad", part > 0.01);
+  $("residual-now").textContent = number(shown.residual, 2);
+  if (!player.held) setStatus(player.reason && player.head >= player.last - 1 ? player.reason : player.playing ? pacing.slow : "");
+}
+function tick(clock) {
+  const began = performance.now();
+  if (player.playing && !player.held) {
+    // A page that was hidden goes on where it was.
+    const passed = clockBefore === null ? 0 : Math.min(clock - clockBefore, 100) / 1000;
+    clockBefore = clock;
+    const { ended, reached } = player.play(passed, began + 10);
+    pacing.note(passed, reached);
+    if (ended && player.head >= player.last - 1e-6) setPlaying(false);
+    dirty = true;
+  }
+  if (probe.wanted) { probe.work(began + 8); dirty = true; }
+  else if (precision.work(performance.now() + 4)) dirty = chartDirty = true;
+  if (dirty || picture.gliding) { dirty = false; drawAll(); }
+  spent += performance.now() - began;
+  frames++;
+  requestAnimationFrame(tick);
+}
+
+// ---- the beginning
+
+function listen() {
+  $("play").addEventListener("click", () => setPlaying(!player.playing));
+  $("again").addEventListener("click", backToStart);
+  $("scrub").addEventListener("input", ({ target }) => {
+    if (player.playing) setPlaying(false);
+    player.seek(player.first + target.valueAsNumber * (player.last - player.first));
+    say();
+    dirty = true;
+  });
+  for (const factor of [0.1, 0.25, 0.5, 1, 2, 5, 10]) {
+    $("speed").append(new Option(number(Number((factor * player.pace).toPrecision(6))) + " ×", factor, factor === 1, factor === 1));
+  }
+  $("speed").addEventListener("change", ({ target }) => { player.speed = Number(target.value); pacing.clear(); });
+  $("reset").addEventListener("click", resetParameters);
+  $("share").addEventListener("click", () =>
+    copy(location.href.split("#")[0] + "#" + link(), "Link copied: it opens this start with these parameters"));
+  $("rust").addEventListener("click", () => copy(rust(), "Copied: the same start as Rust"));
+  $("csv").addEventListener("click", saveCsv);
+  addEventListener("hashchange", () => recalled(recall()));
+  const repaint = (printed) => {
+    document.documentElement.classList.toggle("printed", printed);
+    readPalette();
+    chartDirty = true;
+    for (const { canvas } of plots) inSight.add(canvas);
+    drawAll();
+  };
+  addEventListener("beforeprint", () => repaint(true));
+  addEventListener("afterprint", () => repaint(false));
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+    readPalette();
+    dirty = chartDirty = true;
+  });
+  new ResizeObserver(() => { dirty = chartDirty = true; }).observe(document.body);
+  for (const { canvas } of plots) sight.observe(canvas);
+}
+function begin() {
+  readPalette();
+  player.listeners.push((what) => {
+    if (what !== "method") { precision.stale(); probe.stale(); }
+    if (what !== "method") phase.forget();
+    remember();
+    dirty = chartDirty = true;
+  });
+  makeParameters();
+  makeInputs();
+  makeStart();
+  makeMethods();
+  makePlots();
+  const chosen = recall();
+  player.settlePace(probe.shadow);
+  recalled(chosen);
+  listen();
+  listenToPicture();
+  listenToKeys();
+  bindSymbols($("equations"));
+  $("equations").hidden = !$("equations").querySelector("math");
+  $("source").textContent = [PROGRAMS.accelerations, PROGRAMS.terms].filter(Boolean)
+    .flatMap(({ hoist, run }) => [hoist, run]).filter(Boolean).map(String).join("\n\n");
+  $("not-shown").replaceChildren(...(MODEL.not_portable ?? []).map((text) => element("li", "", text)));
+  probe.work(performance.now() + 25);
+  requestAnimationFrame(tick);
+  if (!reducedMotion()) setPlaying(true);
+  if (!picture.handles().length && picture.program) $("hint").textContent = "";
+  if (picture.space) $("hint").textContent += ($("hint").textContent ? "; " : "") + "drag the ground to turn, scroll or pinch to zoom";
+  if (!$("hint").classList.contains("stays")) setTimeout(() => $("hint").classList.add("gone"), 9000);
+}
+// For tests: what a frame costs, and the motion.
+window.live = { get frames() { return frames; }, get spent() { return spent; }, player, picture, precision, link, rust, csv };
+begin();

@@ -1,0 +1,160 @@
+// What stands beside and under the picture: sliders of start, inputs and parameters, methods, plots.
+"use strict";
+// ---- sliders and choices
+
+const rateSymbol = (symbol) =>
+  symbol.replace(/<mi[^>]*>.*?<\/mi>/, '<mover>$&<mo>˙</mo></mover>');
+let parameterSliders = [], startSliders = [], inputSliders = [];
+
+function makeParameters() {
+  const set = (indices, v) => player.change("parameters", () => { for (const i of indices) player.motion.p[i] = v; });
+  const items = MODEL.parameters.map((parameter, index) => {
+    const [lo, hi] = parameter.range ?? endsOf(parameter.value);
+    return { ...parameter, id: "p" + index, index, lo, hi, change: (v) => set([index], v), changeAll: set };
+  });
+  const shown = items.filter(({ held }) => !held), made = makeSliders($("parameters"), shown);
+  parameterSliders = items.map((item) => made[shown.indexOf(item)]);
+  shown.forEach((item, k) => made[k].set(item.value));
+  $("parameter-group").hidden = !shown.length;
+}
+function makeInputs() {
+  const set = (indices, v) => player.change("parameters", () => { for (const i of indices) player.w[i] = v; });
+  const items = MODEL.inputs.map((input, index) => {
+    const [lo, hi] = input.range ?? (input.value ? [-2 * Math.abs(input.value), 2 * Math.abs(input.value)] : [-10, 10]);
+    return { ...input, id: "w" + index, index, lo, hi, change: (v) => set([index], v), changeAll: set };
+  });
+  inputSliders = makeSliders($("inputs"), items);
+  inputSliders.forEach((slider, i) => slider.set(player.w[i]));
+  $("input-group").hidden = !items.length;
+}
+function makeStart() {
+  const set = (part) => (indices, v) => {
+    const { t, q, u, m } = player.start, start = { t, q: Float64Array.from(q), u: Float64Array.from(u), m };
+    for (const i of indices) start[part][i] = v;
+    if (part === "q" && indices.length === 1) [start.chosen] = indices;
+    return takeStart(start);
+  };
+  const item = (part, coordinate, index) => {
+    const whole = part === "q", change = set(part), { name, unit, about } = coordinate;
+    const [lo, hi] = whole && coordinate.angle ? [-Math.PI, Math.PI] : [-1, 1];
+    return {
+      id: part + index, name, about, index, lo, hi, unit: whole ? unit : rateUnit(coordinate),
+      symbol: whole ? coordinate.symbol : rateSymbol(coordinate.symbol),
+      change: (v) => change([index], v), changeAll: change,
+    };
+  };
+  const positions = makeSliders($("positions"), MODEL.coordinates.map((c, i) => item("q", c, i)));
+  const into = N > 3 ? fold($("velocities"), "velocities") : $("velocities");
+  const velocities = makeSliders(into, MODEL.coordinates.map((c, i) => item("u", c, i)));
+  for (const [i, slider] of velocities.entries()) {
+    const { name } = MODEL.coordinates[i];
+    slider.input.setAttribute("aria-label", `rate of ${name}` + (slider.unit ? ` in ${slider.unit}` : ""));
+  }
+  startSliders = [...positions, ...velocities];
+  for (const start of MODEL.starts.length > 1 ? MODEL.starts : []) {
+    const chip = Object.assign(element("button", "", start.name), { type: "button" });
+    chip.addEventListener("click", () => { if (!takeStartOf(start)) setPlaying(true); });
+    $("starts").append(chip);
+  }
+}
+function takeStartOf({ t, q, u, w, m }) {
+  if (w?.length) { player.w.set(w); inputSliders.forEach((slider, i) => slider.set(player.w[i])); }
+  const refusal = takeStart({ t: t ?? 0, q: Float64Array.from(q), u: Float64Array.from(u), m: m ?? [] });
+  if (refusal) toast(refusal);
+  return refusal;
+}
+function syncStart() {
+  const { q, u } = player.start;
+  startSliders.forEach((slider, i) => slider.set(i < N ? q[i] : u[i - N]));
+}
+function resetParameters() {
+  const refusal = player.change("parameters", () => MODEL.parameters.forEach(({ value }, i) => { player.motion.p[i] = value; }));
+  if (refusal) toast(refusal);
+  parameterSliders.forEach((slider, i) => slider?.set(player.motion.p[i]));
+}
+// Ends of start sliders from the motion's own range; angles keep theirs.
+function fitStartSliders({ lo, hi }) {
+  startSliders.forEach((slider, k) => {
+    const angle = k < N && MODEL.coordinates[k].angle, most = Math.max(Math.abs(lo[k]), Math.abs(hi[k]));
+    if (angle || !(most > 0) || !Number.isFinite(most)) return;
+    const end = roundStep(1.5 * most);
+    slider.setEnds(-end, end);
+  });
+}
+
+// ---- method and accuracy
+
+const ladders = () => METHODS[player.method].fixed
+  ? [0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001].map((h) => Number((h * player.pace).toPrecision(3)))
+  : [3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13].map((k) => Number("1e-" + k));
+function setMethod(method, accuracy) {
+  const refusal = player.change("method", () => { player.method = method; player.accuracy = accuracy; });
+  if (refusal) toast(refusal);
+  const list = ladders();
+  if (!list.includes(accuracy)) list.push(accuracy);
+  list.sort((a, b) => b - a);
+  $("kind").textContent = METHODS[method].fixed ? "step in s" : "tolerance";
+  $("accuracy").replaceChildren(...list.map((v) => new Option(number(v), v, false, v === accuracy)));
+  $("method").value = method;
+}
+function makeMethods() {
+  for (const [id, { name }] of Object.entries(METHODS)) $("method").append(new Option(name, id));
+  $("method").addEventListener("change", ({ target }) =>
+    setMethod(target.value, METHODS[target.value].fixed ? Number((0.01 * player.pace).toPrecision(3)) : 1e-8));
+  $("accuracy").addEventListener("change", ({ target }) => setMethod(player.method, Number(target.value)));
+  for (const id of compared) $("methods").append(key(METHODS[id].name, TINTS[id] ?? "teal"));
+  $("precision").addEventListener("pointerdown", ({ offsetX, offsetY }) => {
+    const run = precision.runAt(offsetX, offsetY);
+    if (!run) return;
+    setMethod(run.method, run.accuracy);
+    const { name, fixed } = METHODS[run.method], error = run.failed ? "fails" : `error ${number(run.error, 2)} ${precision.unit ?? "(relative)"}`;
+    toast(`${name}, ${fixed ? "step" : "tolerance"} ${number(run.accuracy)}: ${run.cost} evaluations, ${error}`);
+  });
+}
+function key(name, tint) {
+  const item = element("span", "", name), line = element("i");
+  line.style.borderColor = `var(--${tint})`;
+  item.prepend(line);
+  return item;
+}
+
+// ---- plots
+
+function makePlots() {
+  const energies = PROGRAMS.kinetic_energy && PROGRAMS.potential_energy
+    ? [["kinetic", "blue", "T"], ["potential", "amber", "V"], ["sum", "ink", "E"]]
+    : HAS_ENERGY ? [["energy function", "ink", "E"]] : [];
+  if (energies.length) {
+    plots.push(new TimePlot($("energy"), player, energies.map(([, color, which]) =>
+      ({ color, width: color === "ink" ? 2 : 1.6, of: ({ energy }) => energy[which] })), ENERGY_UNIT, 1e-3));
+    $("energies").append(...energies.map(([name, color]) => key(name, color)));
+  }
+  $("energy-card").hidden = !energies.length;
+  $("residual-card").hidden = !MODEL.rows.length;
+  if (MODEL.rows.length) plots.push(new ResidualPlot($("residual"), player));
+  player.channels.forEach((channel, k) => addPlot(channel, k));
+  plots.push(phase);
+  MODEL.coordinates.forEach(({ name }, i) => $("which").append(new Option(name, i, i === phase.which, i === phase.which)));
+  $("which").addEventListener("change", ({ target }) => { phase.choose(Number(target.value)); dirty = true; });
+  if (!picture.program) makeStrip();
+}
+function addPlot(channel, k) {
+  const card = element("div", "card plot"), top = element("div", "top"), canvas = element("canvas");
+  canvas.setAttribute("role", "img");
+  canvas.setAttribute("aria-label", `${channel.name} over time`);
+  top.append(element("h2", "", channel.name));
+  card.append(top, canvas);
+  $("phase-card").before(card);
+  const curve = { color: HUES[k % HUES.length], of: ({ channels }) => channels[k] };
+  // Of what is conserved, errors of the interpolation are no motion.
+  const constant = channel.name === "energy" || MODEL.conserved.some(({ name }) => name === channel.name);
+  plots.push(new TimePlot(canvas, player, [curve], channel.unit, constant ? 1e-3 : undefined));
+}
+// Without anything to draw, the coordinates over time stand in the picture's place.
+function makeStrip() {
+  const [{ unit }] = MODEL.coordinates, shown = MODEL.coordinates.map((c, i) => ({ ...c, i })).filter((c) => c.unit === unit).slice(0, HUES.length);
+  const strip = new TimePlot($("picture"), player, shown.map(({ i }, k) => ({ color: HUES[k], of: ({ y }) => y[i] })), unit);
+  picture.draw = () => strip.draw();
+  $("hint").replaceChildren(...shown.map(({ name }, k) => key(name, HUES[k])));
+  $("hint").className = "keys stays";
+}

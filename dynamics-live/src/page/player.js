@@ -1,0 +1,308 @@
+// What moves: the motion, what of it has been recorded, and the instant that is shown. Knows no document.
+"use strict";
+const N = MODEL.coordinates.length;
+const RATE = 60;      // instants recorded per second of playing
+const KEPT = 3600;    // instants that can be scrubbed through: one minute of playing
+
+const clamp = (v, lo, hi) => Math.max(lo, Math.min(hi, v));
+const HAS_ENERGY = Boolean(PROGRAMS.energy_function || PROGRAMS.kinetic_energy && PROGRAMS.potential_energy);
+const ENERGY_UNIT = MODEL.conserved.find(({ kind }) => /energy/i.test(kind))?.unit
+  ?? MODEL.powers.find(({ unit }) => unit)?.unit.replace(/^W$/, "J") ?? "J";
+const rateUnit = (coordinate) => (coordinate.unit ? coordinate.unit + "/s" : "1/s");
+
+// A time in which coordinates go through their own range, from some steps of a motion; 0 at rest.
+function characteristicTime(motion, method, accuracy, milliseconds) {
+  const until = performance.now() + milliseconds, begin = motion.t;
+  const lo = Float64Array.from(motion.q), hi = Float64Array.from(motion.q), way = new Float64Array(N);
+  let last = Float64Array.from(motion.q);
+  for (let k = 0; k < 400 && performance.now() < until; k++) {
+    if (!motion.step(method, accuracy, Infinity)) break;
+    for (let i = 0; i < N; i++) {
+      lo[i] = Math.min(lo[i], motion.q[i]);
+      hi[i] = Math.max(hi[i], motion.q[i]);
+      way[i] += Math.abs(motion.q[i] - last[i]);
+    }
+    last = Float64Array.from(motion.q);
+  }
+  const passed = motion.t - begin;
+  let least = Infinity;
+  for (let i = 0; i < N; i++) {
+    // Rounding moves what stands still.
+    const moved = way[i] > 1e-6 * Math.max(Math.abs(lo[i]), Math.abs(hi[i]));
+    if (moved) least = Math.min(least, (hi[i] - lo[i]) * passed / way[i]);
+  }
+  return Number.isFinite(least) ? least : 0;
+}
+
+// Which angles the model does not tell from those one turn on: an angle against a spring is none.
+function repeatingAngles(motion) {
+  const names = ["accelerations", "terms", "residual", "potential_energy", "energy_function"];
+  const { t, u } = motion;
+  const values = (q) => names.flatMap((name) => Array.from(motion.system.value(name, t, q, u) ?? []));
+  const here = values(motion.q);
+  return MODEL.coordinates.map(({ angle }, i) => {
+    if (!angle) return false;
+    const q = Float64Array.from(motion.q);
+    q[i] += 2 * Math.PI;
+    return values(q).every((v, k) => Math.abs(v - here[k]) <= 1e-7 * (Math.abs(here[k]) + 1) || Number.isNaN(here[k]));
+  });
+}
+
+// Seconds of the motion in a second of playing: 1 where that can be watched.
+function chosenPace(time) {
+  if (MODEL.until) return MODEL.until >= 2 && MODEL.until <= 120 ? 1 : roundStep(MODEL.until / 20);
+  return !(time > 0) || !Number.isFinite(time) || (time > 0.03 && time < 20) ? 1 : roundStep(time / 4);
+}
+
+class Player {
+  constructor() {
+    this.motion = new Motion(PROGRAMS, MODEL);
+    this.method = MODEL.method;
+    this.accuracy = MODEL.accuracy;
+    this.speed = 1;
+    this.pace = 1;
+    this.playing = false;
+    this.held = false;        // a finger moves the model
+    this.start = null;        // { t, q, u, m }
+    this.begun = null;        // where the last step began
+    this.w = this.motion.w;
+    this.w.forEach((value, i) => { if (Number.isNaN(value)) this.w[i] = 0; });
+    this.energies = new Float64Array(3);
+    this.channels = channelsOf(this.motion);
+    this.now = new Float64Array(2 * N);
+    this.listeners = [];
+    this.reason = null;
+    this.repeats = MODEL.coordinates.map(() => false);
+  }
+
+  // Chooses the pace and finds the angles that repeat, from the present start.
+  settlePace(shadow) {
+    const { t, q, u, m } = this.start;
+    shadow.p.set(this.motion.p);
+    if (shadow.refresh() ?? shadow.start(t, q, u, this.w, m)) return;
+    this.repeats = repeatingAngles(shadow);
+    const accuracy = METHODS[this.method].fixed ? this.accuracy : Math.max(this.accuracy, 1e-6);
+    this.pace = chosenPace(characteristicTime(shadow, this.method, accuracy, 15));
+  }
+
+  // `what`: "start", "parameters" or "method", after which nothing that was computed ahead holds.
+  changed(what) { for (const listener of this.listeners) listener(what); }
+  get dt() { return this.pace / RATE; }
+  get last() { return this.first + this.instants.length - 1; }
+  time(k = this.head) { return this.start.t + k * this.dt; }
+  instant(k) { return this.instants[k - this.first]; }
+  get end() { return MODEL.until === null || MODEL.until === undefined ? Infinity : this.start.t + MODEL.until; }
+
+  // A new start; the text of a refusal, or null. A refused start leaves everything as it was.
+  begin(start) {
+    const { motion } = this, turn = 2 * Math.PI;
+    const q = start.q.map((x, i) => (this.repeats[i] && Math.abs(x) > Math.PI ? x - turn * Math.round(x / turn) : x));
+    const refusal = this.place(start.t, q, Float64Array.from(start.u), start.m, start.chosen);
+    if (refusal) {
+      if (this.start) this.resume();
+      return refusal;
+    }
+    this.start = {
+      t: start.t, q: Float64Array.from(motion.q), u: Float64Array.from(motion.u), m: Array.from(motion.m),
+    };
+    this.instants = [];
+    this.first = 0;
+    this.head = 0;
+    this.events = [];
+    this.reason = null;
+    this.balance();
+    this.record(this.start.t);
+    this.changed("start");
+    return null;
+  }
+
+  // Starts the motion at a state that is first put onto the constraints where it is off them. There a
+  // coordinate that was `chosen` keeps its value as nearly as they permit.
+  place(t, q, u, m, chosen) {
+    const { motion } = this, refusal = motion.start(t, q, u, this.w, m);
+    if (!refusal || !MODEL.rows.length) return refusal;
+    const { system } = motion, modes = Array.from(motion.m), rest = new Float64Array(N), wanted = q[chosen];
+    motion.m.set(m);
+    system.switch_modes();
+    let placed = true;
+    for (let turn = 0; placed && turn < (chosen === undefined ? 1 : 12); turn++) {
+      if (turn && Math.abs(q[chosen] - wanted) <= 1e-9 * (1 + Math.abs(wanted))) break;
+      if (turn) q[chosen] = wanted;
+      placed = system.constraints.project_positions(t, q, rest);
+    }
+    placed &&= system.constraints.project_velocities(t, q, u);
+    const second = placed ? motion.start(t, q, u, this.w, m) : refusal;
+    if (second) {
+      motion.m.set(modes);
+      system.switch_modes();
+    }
+    return second;
+  }
+
+  // The energy account begins anew: drifts count from the energy now.
+  balance() {
+    const energy = this.energy(this.motion.t, this.motion.q, this.motion.u);
+    this.reference = energy.E - this.motion.work;
+    this.scale = Math.max(Math.abs(energy.T || 0), Math.abs(energy.V || 0), Math.abs(energy.E || 0));
+  }
+  energy(t, q, u) {
+    const [T, V, E] = this.motion.energies(this.energies, t, q, u);
+    return { T, V, E };
+  }
+
+  // Where the motion stands, as `resume` takes it up; `energy` is what it would have there without any error.
+  here() {
+    const { t, q, u, m, work } = this.motion;
+    return { t, q: q.slice(), u: u.slice(), m: Array.from(m), energy: this.reference + work };
+  }
+
+  // Records the instant at time `t`, which the last step has reached; `begun` is where that step began.
+  record(t, begun = this.here()) {
+    const { motion } = this, y = new Float64Array(2 * N);
+    if (t < motion.t) motion.at(t, y);
+    else { y.set(motion.q); y.set(motion.u, N); }
+    const q = y.subarray(0, N), u = y.subarray(N), energy = this.energy(t, q, u);
+    // Errors are those of the method at the end of its step, not those of the interpolation.
+    const exact = t < motion.t ? this.energy(motion.t, motion.q, motion.u) : energy;
+    this.scale = Math.max(this.scale, Math.abs(energy.T || 0), Math.abs(energy.V || 0), Math.abs(energy.E || 0));
+    const instant = {
+      y, t, begun, m: Array.from(motion.m), energy, drift: exact.E - motion.work - this.reference,
+      residual: Math.max(...motion.residual()), channels: null,
+    };
+    instant.channels = Float64Array.from(this.channels, (channel) => channel.of(instant));
+    this.instants.push(instant);
+    if (this.instants.length > KEPT) { this.instants.shift(); this.first++; }
+    this.onRecord?.(instant);
+  }
+  // One more instant: "more", "late" where `deadline` passed before it was reached, or "ended".
+  advance(deadline) {
+    const { motion } = this, t = this.time(this.last + 1);
+    if (this.reason) return "ended";
+    if (t > this.end + 1e-9 * this.dt) {
+      this.reason = `the motion was to be followed for ${number(MODEL.until)} s`;
+      return "ended";
+    }
+    while (motion.t < t) {
+      this.begun = this.here();
+      const before = motion.events[motion.events.length - 1];
+      if (!motion.step(this.method, this.accuracy, this.end)) {
+        this.reason = motion.reason || "the motion cannot go on";
+        return "ended";
+      }
+      const seen = motion.events.lastIndexOf(before) + 1;
+      this.events.push(...motion.events.slice(seen));
+      if (performance.now() > deadline && motion.t < t) return "late";
+    }
+    this.record(t, this.begun);
+    return "more";
+  }
+
+  // Goes on from the instant that is shown.
+  cut() {
+    const k = Math.max(this.first, Math.floor(this.head + 1e-6));
+    if (k < this.last) this.resume(k);
+  }
+  // Puts the motion to a recorded instant; returns what refuses it, or null. The last step before it is made
+  // again to end there: a state between steps is interpolated, and not as exact.
+  resume(k = this.last) {
+    const { y, m, t, begun } = this.instant(k), { motion } = this;
+    this.instants.length = k - this.first + 1;
+    this.events = this.events.filter((event) => event.t <= t);
+    this.head = Math.min(this.head, k);
+    let refusal = this.place(begun.t, begun.q.slice(), begun.u.slice(), begun.m), made = !refusal;
+    while (made && motion.t < t) made = motion.step(this.method, this.accuracy, t);
+    if (!made) refusal = this.place(t, y.slice(0, N), y.slice(N), m);
+    this.reason = refusal;
+    // Works begin at zero again.
+    this.reference = begun.energy;
+    this.begun = begun;
+    return refusal;
+  }
+
+  // Changes parameters, inputs or the method under the motion, which goes on from where it is. What refuses
+  // is undone and returned.
+  change(what, act) {
+    const k = Math.max(this.first, Math.floor(this.head + 1e-6)), { motion } = this;
+    const refused = this.resume(k), p = Float64Array.from(motion.p), w = Float64Array.from(this.w);
+    if (refused) return refused;
+    act();
+    const refusal = what === "method" ? null : motion.refresh();
+    if (refusal) {
+      motion.p.set(p);
+      this.w.set(w);
+      motion.refresh();
+      this.resume();
+      return refusal;
+    }
+    // The state was put onto the constraints of the new parameters.
+    const { t } = this.instants.pop();
+    if (what !== "method") {
+      this.balance();
+      this.fitStart();
+    }
+    this.record(t);
+    this.changed(what);
+    return null;
+  }
+
+  // Puts the start onto the constraints of new parameters, where they permit.
+  fitStart() {
+    const { constraints } = this.motion.system, { t } = this.start;
+    const q = this.start.q.slice(), u = this.start.u.slice();
+    if (MODEL.rows.length && constraints.project_positions(t, q, u) && constraints.project_velocities(t, q, u)) {
+      Object.assign(this.start, { q, u });
+    }
+  }
+
+  // The state between the two instants about the head.
+  show() {
+    const k = Math.min(Math.floor(this.head), this.last), part = this.head - k;
+    const a = this.instant(k).y, b = this.instant(Math.min(k + 1, this.last)).y;
+    for (let i = 0; i < 2 * N; i++) this.now[i] = a[i] + part * (b[i] - a[i]);
+    return this.now;
+  }
+  get shown() { return this.instant(Math.min(Math.round(this.head), this.last)); }
+  seek(k) { this.head = Math.max(this.first, Math.min(this.last, k)); }
+
+  // Moves the head by `seconds` of playing and computes what is missing. Returns the part of the way that
+  // was reached.
+  play(seconds, deadline) {
+    const goal = this.head + seconds * this.speed * RATE;
+    let state = "more";
+    while (this.last < Math.ceil(goal) && state === "more") {
+      state = this.advance(deadline);
+      if (performance.now() > deadline && this.last < Math.ceil(goal) && state === "more") state = "late";
+    }
+    const from = this.head;
+    this.head = Math.max(this.first, Math.min(goal, this.last));
+    return { ended: state === "ended", reached: goal > from ? (this.head - from) / (goal - from) : 1 };
+  }
+}
+
+// What can be plotted over time, by the names of MODEL.plots; names that are unknown are left out.
+function channelsOf(motion) {
+  const inner = (row, name) => row.findIndex((item) => item.name === name);
+  const split = (instant) => [instant.t, instant.y.subarray(0, N), instant.y.subarray(N)];
+  const found = [];
+  for (const name of MODEL.plots ?? []) {
+    const rate = name.endsWith("_rate") ? inner(MODEL.coordinates, name.slice(0, -5)) : -1;
+    const i = inner(MODEL.coordinates, name), add = (unit, of) => found.push({ name, unit, of });
+    if (i >= 0) add(MODEL.coordinates[i].unit, ({ y }) => y[i]);
+    else if (rate >= 0) add(rateUnit(MODEL.coordinates[rate]), ({ y }) => y[N + rate]);
+    else if (name === "energy") add(ENERGY_UNIT, ({ energy }) => energy.E);
+    else if (name === "kinetic energy") add(ENERGY_UNIT, ({ energy }) => energy.T);
+    else if (name === "potential energy") add(ENERGY_UNIT, ({ energy }) => energy.V);
+    else if (inner(MODEL.rows, name) >= 0) {
+      const row = inner(MODEL.rows, name);
+      add(MODEL.rows[row].unit, (instant) => motion.solve_at(...split(instant))[1][row]);
+    } else {
+      for (const program of ["outputs", "conserved", "powers", "events", "speeds"]) {
+        const k = inner(MODEL[program] ?? [], name);
+        if (k < 0 || !PROGRAMS[program]) continue;
+        add(MODEL[program][k].unit, (instant) => motion.value(program, ...split(instant))[k]);
+        break;
+      }
+    }
+  }
+  return found;
+}

@@ -1,0 +1,26 @@
+//! What a model brings along for programs in other languages.
+
+use alloc::vec::Vec;
+
+use dynamics_vocabulary::smooth::Pieces;
+
+use super::Dynamics;
+
+/// A model whose programs run outside of Rust, too: as a page in a browser.
+///
+/// `#[dynamics]` implements it for every model. The texts are constants; a program that does not use them
+/// does not contain them.
+pub trait Portable: Dynamics {
+    /// All programs as one object of JavaScript; empty where [`NOT_PORTABLE`](Self::NOT_PORTABLE) says why.
+    const JAVASCRIPT: &'static str;
+    /// The equations of motion in MathML, one paragraph each.
+    const MATHML: &'static str;
+    /// The symbols of coordinates, inputs and parameters in MathML, in this order.
+    const SYMBOLS: &'static [&'static str];
+    /// What a page cannot do with the model, in words.
+    const NOT_PORTABLE: &'static [&'static str];
+    /// Names of the model's smooth functions.
+    const FUNCTIONS: &'static [&'static str];
+    /// The pieces of the model's smooth functions; `None` for those that are not made of polynomials.
+    fn pieces(&self) -> Vec<Option<Pieces>>;
+}

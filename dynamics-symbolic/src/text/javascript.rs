@@ -1,0 +1,266 @@
+//! JavaScript: one object literal with all programs that a live page runs.
+//!
+//! It is evaluated where the page's functions (`sin_cos`, `min`, …) are in scope. Every program is an object
+//! `{ results, constants, hoist(p, f, k), run(p, k, f, t, q, u, w, m, a, l, out) }`: parameters, the program's
+//! constants, smooth functions, time, coordinates, velocities, inputs, modes, accelerations, multipliers, and
+//! where the results go. All programs have the same arguments, so that a page calls them all in one way.
+
+mod picture;
+
+use crate::algebra::{Guard, Unrolled};
+use crate::compile::{ConstraintPrograms, Programs};
+use crate::graph::{Binary, Comparison, Number, Symbol, Unary};
+use crate::mechanics::{Equations, Extra, Figures, Model, Solution};
+use crate::schedule::Program;
+
+use super::mathml::{Dots, symbol_mathml};
+use super::program::Line;
+use super::source::{Function, Language, element, function, literal};
+use super::target::{Level, Target, Text, comparison_sign};
+
+/// Most operations of all programs of a page together.
+const MOST_OPERATIONS: usize = 20_000;
+
+/// What a model brings along for a page.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Portability {
+    /// The object with all programs; empty where they are too large.
+    pub javascript: String,
+    /// The symbols of coordinates, inputs and parameters in MathML, in this order.
+    pub symbols: Vec<String>,
+    /// What a page cannot do with the model, in words.
+    pub obstacles: Vec<String>,
+}
+
+/// The programs of a model in JavaScript.
+#[must_use]
+pub fn javascript(model: &mut Model, equations: &Equations, programs: &Programs) -> Portability {
+    let shown = model.picture.take().unwrap_or_default();
+    let printed = Printed::of(programs);
+    let operations: usize =
+        printed.all().map(|program| program.hoisted_cost.total() + program.cost.total()).sum();
+    if operations > MOST_OPERATIONS {
+        let obstacle =
+            format!("its programs take {operations} operations; a page holds at most {MOST_OPERATIONS}");
+        return Portability { javascript: String::new(), symbols: symbols(model), obstacles: vec![obstacle] };
+    }
+    let language = JavaScript {
+        functions: model.functions.iter().map(|f| f.name.clone()).collect(),
+        parameters: model.parameters.len() as u32,
+        extras: shown.extras.clone(),
+    };
+    let mut obstacles = Vec::new();
+    if let Figures::NotFollowed(reason) = &shown.figures {
+        obstacles.push(format!("{reason}: its page draws points"));
+    }
+    let (picture, about) = picture::picture(&language, model, shown);
+    let object = |program: &Program| function(&language, model, program);
+    let mut out = String::from("({\n");
+    out.push_str(&sizes(model, equations, &about));
+    out.push_str(&picture);
+    for (name, program) in &printed.named {
+        out.push_str(&format!("{name}: {},\n", object(program)));
+    }
+    let unrolled = equations.constraints.as_ref().and_then(|c| match &c.solution {
+        Solution::Unrolled(unrolled) => Some(unrolled),
+        Solution::General(_) => None,
+    });
+    out.extend(unrolled.map(|unrolled| format!("{},\n", bounds(model, unrolled))));
+    if !printed.released.is_empty() {
+        out.push_str("released: [\n");
+        let sets = equations.constraints.iter().flat_map(|c| &c.released);
+        for ((accelerations, correction), set) in printed.released.iter().zip(sets) {
+            let (accelerations, correction) = (object(accelerations), object(correction));
+            let (modes, bounds) = (&set.modes, bounds(model, &set.unrolled));
+            out.push_str(&format!(
+                "{{ modes: {modes:?}, {bounds}, accelerations: {accelerations}, correction: {correction} }},\n"
+            ));
+        }
+        out.push_str("],\n");
+    }
+    out.push_str("})");
+    Portability { javascript: out, symbols: symbols(model), obstacles }
+}
+
+/// The smallest admissible ratios of the pivots at the end of a solution's programs to their scales. A pivot that
+/// is a number needs no check: its bound is negative.
+fn bounds(model: &Model, unrolled: &Unrolled) -> String {
+    let of = |guards: &[Guard]| -> Vec<f64> {
+        let is_number = |guard: &Guard| model.graph.as_number(guard.pivot).is_some();
+        guards.iter().map(|guard| if is_number(guard) { -1.0 } else { guard.tolerance }).collect()
+    };
+    let (accelerations, correction) = (of(&unrolled.guards), of(&unrolled.correction_guards));
+    format!("bounds: {{ accelerations: {accelerations:?}, correction: {correction:?} }}")
+}
+
+/// The symbols of coordinates, inputs and parameters in MathML.
+fn symbols(model: &Model) -> Vec<String> {
+    let coordinates = model.coordinates.iter().map(|c| &c.name);
+    let inputs = model.inputs.iter().map(|c| &c.name);
+    let parameters = model.parameters.iter().map(|c| &c.name);
+    let all = coordinates.chain(inputs).chain(parameters);
+    all.map(|name| symbol_mathml(name, Dots::None)).collect()
+}
+
+/// Numbers of everything, and which coordinate each pivot belongs to.
+fn sizes(model: &Model, equations: &Equations, about: &str) -> String {
+    let rows = equations.constraints.as_ref().map_or(0, |c| c.rows.len());
+    let holonomic = equations.constraints.as_ref().map_or(0, |c| c.residual.len());
+    let switched = model.constraints.iter().filter(|c| c.switched).count();
+    let pivots: Vec<usize> = equations.pivots.iter().map(|pivot| pivot.coordinate).collect();
+    format!(
+        "sizes: {{ coordinates: {}, parameters: {}, inputs: {}, rows: {rows}, holonomic: {holonomic}, \
+         switched: {switched}, speeds: {} }},\nmodel: {{ pivots: {pivots:?}, {about} }},\n",
+        model.coordinates.len(),
+        model.parameters.len(),
+        model.inputs.len(),
+        model.speeds.len(),
+    )
+}
+
+/// The programs that are printed.
+struct Printed<'a> {
+    named: Vec<(&'static str, &'a Program)>,
+    released: Vec<(&'a Program, &'a Program)>,
+}
+
+impl<'a> Printed<'a> {
+    fn of(programs: &'a Programs) -> Self {
+        let mut named = vec![
+            ("accelerations", &programs.accelerations),
+            ("energy_function", &programs.energy_function),
+            ("conserved", &programs.conserved),
+            ("powers", &programs.powers),
+            ("speeds", &programs.speeds),
+            ("outputs", &programs.outputs),
+            ("events", &programs.events),
+            ("assumptions", &programs.assumptions),
+        ];
+        named.extend(programs.kinetic_energy.iter().map(|p| ("kinetic_energy", p)));
+        named.extend(programs.potential_energy.iter().map(|p| ("potential_energy", p)));
+        let constraints = programs.constraints.iter();
+        named.extend(constraints.clone().flat_map(of_constraints));
+        named.retain(|(_, program)| !program.results.is_empty());
+        let released = constraints.flat_map(|c| &c.released).map(|r| (&r.accelerations, &r.correction));
+        Self { named, released: released.collect() }
+    }
+
+    fn all(&self) -> impl Iterator<Item = &'a Program> {
+        let released = self.released.iter().flat_map(|(accelerations, correction)| [accelerations, correction]);
+        self.named.iter().map(|(_, program)| program).chain(released).copied()
+    }
+}
+
+fn of_constraints(programs: &ConstraintPrograms) -> Vec<(&'static str, &Program)> {
+    let mut named = vec![
+        ("residual", &programs.residual),
+        ("velocity_residual", &programs.velocity_residual),
+        ("jacobian", &programs.jacobian),
+        ("velocity_offset", &programs.velocity_offset),
+        ("terms", &programs.terms),
+    ];
+    named.extend(programs.friction.iter().map(|p| ("friction", p)));
+    named.extend(programs.correction.iter().map(|p| ("correction", p)));
+    named
+}
+
+/// The language.
+struct JavaScript {
+    /// Names of the smooth functions, in order.
+    functions: Vec<String>,
+    /// Number of the parameters of the model.
+    parameters: u32,
+    /// What the parameters behind them are.
+    extras: Vec<Extra>,
+}
+
+impl Target for JavaScript {
+    fn symbol(&self, _model: &Model, symbol: Symbol) -> Text {
+        let extra = match symbol {
+            Symbol::Parameter(i) => i.checked_sub(self.parameters).and_then(|i| self.extras.get(i as usize)),
+            _ => None,
+        };
+        Text::atom(match extra {
+            None => element(symbol),
+            Some(Extra::Running) => "s".to_owned(),
+            Some(Extra::Start(function)) => format!("f[{}].domain[0]", function.0),
+            Some(Extra::End(function)) => format!("f[{}].domain[1]", function.0),
+        })
+    }
+    fn smooth(&self, name: &str, order: u8, argument: &Text) -> Text {
+        let index = self.functions.iter().position(|known| known == name);
+        let index = index.map_or_else(|| "undefined".to_owned(), |i| i.to_string());
+        Text::atom(format!("f[{index}]({}, {order})", argument.text))
+    }
+    fn unary(&self, f: Unary, a: &Text) -> Text {
+        let name = match f {
+            // The page's own have the bits of the library's.
+            Unary::Sin => "sin",
+            Unary::Cos => "cos",
+            Unary::Signum => "signum",
+            Unary::Ln => "Math.log",
+            other => return Text::atom(format!("Math.{}({})", other.name(), a.text)),
+        };
+        Text::atom(format!("{name}({})", a.text))
+    }
+    fn binary(&self, f: Binary, a: &Text, b: &Text) -> Text {
+        let name = match f {
+            Binary::Atan2 => "Math.atan2",
+            Binary::Powf => "powf",
+            Binary::Hypot => "hypot",
+            Binary::Min => "min",
+            Binary::Max => "max",
+        };
+        Text::atom(format!("{name}({}, {})", a.text, b.text))
+    }
+    fn select(
+        &self,
+        comparison: Comparison,
+        [left, right]: [&Text; 2],
+        then: &Text,
+        otherwise: &Text,
+    ) -> Text {
+        let sign = match comparison {
+            Comparison::Equal => "===",
+            other => comparison_sign(other),
+        };
+        let [left, right, then, otherwise] =
+            [left, right, then, otherwise].map(|text| self.fit(text, Level::Sum));
+        Text::new(format!("{left} {sign} {right} ? {then} : {otherwise}"), Level::Choice)
+    }
+    fn assign(&self, name: &Text, value: &Text) -> String {
+        format!("const {} = {};", name.text, value.text)
+    }
+    fn assign_sin_cos(&self, [sin, cos]: [&Text; 2], angle: &Text) -> Option<String> {
+        Some(format!("const {} = sin_cos({}), {} = cosine[0];", sin.text, angle.text, cos.text))
+    }
+    fn number(&self, n: Number) -> Text {
+        let text = literal(n);
+        let level = if text.starts_with('-') { Level::Sum } else { Level::Atom };
+        Text::new(text, level)
+    }
+}
+
+impl Language for JavaScript {
+    fn constant(&self, index: usize) -> Text {
+        Text::atom(format!("k[{index}]"))
+    }
+    fn function(&self, function: &Function) -> String {
+        let body = |(lines, results): &(Vec<Line>, Vec<Text>), into: &str| {
+            let lines = lines.iter().map(|line| format!("  {}\n", line.text));
+            let results = results.iter().enumerate();
+            let results = results.map(|(i, value)| format!("  {into}[{i}] = {};\n", value.text));
+            lines.chain(results).collect::<String>()
+        };
+        let constants = function.hoisted.1.len();
+        let hoist = match constants {
+            0 => String::new(),
+            _ => format!("hoist(p, f, k) {{\n{}}}, ", body(&function.hoisted, "k")),
+        };
+        format!(
+            "{{ results: {}, constants: {constants}, {hoist}run(p, k, f, t, q, u, w, m, a, l, out) {{\n{}}} }}",
+            function.results,
+            body(&function.body, "out"),
+        )
+    }
+}

@@ -1,0 +1,71 @@
+//! A JavaScript engine without a browser, with the scripts of live pages in it.
+
+use dynamics::live::{Live, OpenLive, motion_script};
+use rquickjs::{Context, Runtime};
+
+/// An engine that has a model's programs and all scripts that compute.
+pub(crate) struct Engine {
+    context: Context,
+    _runtime: Runtime,
+}
+
+impl Engine {
+    pub(crate) fn new<M: OpenLive>(page: &Live<'_, M>) -> Self {
+        let runtime = Runtime::new().unwrap();
+        let context = Context::full(&runtime).unwrap();
+        let engine = Self { context, _runtime: runtime };
+        engine.run::<()>(&motion_script());
+        engine.run::<()>(&format!("const PROGRAMS = {}, MODEL = {{ ...{}, ...PROGRAMS.model }};", M::JAVASCRIPT, page.to_json().unwrap()));
+        engine
+    }
+
+    /// The value of a script; its exception as a panic.
+    pub(crate) fn run<T: for<'js> rquickjs::FromJs<'js>>(&self, script: &str) -> T {
+        self.context.with(|context| {
+            context.eval(script).unwrap_or_else(|error| {
+                let exception = context.catch();
+                let text = exception.as_exception().map_or_else(|| format!("{error}"), |e| format!("{e}"));
+                panic!("{text}")
+            })
+        })
+    }
+
+    /// The results of a program at states that are given as [t], q, u, inputs, modes.
+    pub(crate) fn evaluate(&self, name: &str, parameters: &[f64], given: &[[Vec<f64>; 5]]) -> Vec<Vec<f64>> {
+        self.run(&format!(
+            "(() => {{
+                const of = (list) => Float64Array.from(list);
+                const program = PROGRAMS.{name}, p = of({parameters:?});
+                const f = MODEL.functions.map(piecewise);
+                const k = new Float64Array(program.constants), out = new Float64Array(program.results);
+                if (program.hoist) program.hoist(p, f, k);
+                return {given:?}.map(([t, q, u, w, m]) => {{
+                    const none = new Float64Array(0);
+                    program.run(p, k, f, t[0], of(q), of(u), of(w), of(m), none, none, out);
+                    return Array.from(out);
+                }});
+            }})()"
+        ))
+    }
+}
+
+/// Random numbers that depend on a name alone (SplitMix64).
+pub(crate) struct Numbers(u64);
+
+impl Numbers {
+    pub(crate) fn new(name: &str) -> Self {
+        Self(name.bytes().fold(0x9e37_79b9_7f4a_7c15, |seed, byte| {
+            (seed ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+        }))
+    }
+
+    /// Uniform between two numbers.
+    pub(crate) fn between(&mut self, lo: f64, hi: f64) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        let bits = (z ^ (z >> 31)) >> 11;
+        lo + (hi - lo) * bits as f64 / (1u64 << 53) as f64
+    }
+}
