@@ -22,10 +22,10 @@ const LONGEST_ANGLE: f64 = 0.25;
 
 /// Nodes and weights of Gauss's rule with eight points on (−1, 1), of the positive half.
 const GAUSS: [(f64, f64); 4] = [
-    (0.18343464249564980, 0.36268378337836198),
-    (0.52553240991632899, 0.31370664587788729),
-    (0.79666647741362674, 0.22238103445337447),
-    (0.96028985649753623, 0.10122853629037626),
+    (0.1834346424956498, 0.362683783378362),
+    (0.525532409916329, 0.31370664587788727),
+    (0.7966664774136267, 0.22238103445337448),
+    (0.9602898564975362, 0.10122853629037626),
 ];
 
 /// Largest responses of oscillators to one motion of their base.
@@ -87,7 +87,7 @@ impl ShockResponseSpectrum {
         frequencies: &[f64],
         quality: f64,
     ) -> Result<Self, VibrationError> {
-        if !(quality > 0.5) {
+        if quality.is_nan() || quality <= 0.5 {
             let must_be = "above 1/2; 1/2 is critical damping";
             return Err(VibrationError::Value { what: "the quality factor", value: quality, must_be });
         }
