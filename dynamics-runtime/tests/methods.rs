@@ -4,6 +4,7 @@ use crate::common;
 
 use std::convert::Infallible;
 
+use common::constrained::Rod;
 use common::*;
 use dynamics_runtime::integrate::{
     AdamsBashforth2, AdamsBashforth3, AdamsBashforth4, Composition4, Composition6, Composition8, Dense,
@@ -145,6 +146,33 @@ fn teaching_methods_are_stable_as_far_as_they_say() {
     ] {
         assert!(ten_thousand(amplitude, 0.98 * border) < 2.0);
         assert!(ten_thousand(amplitude, 1.02 * border) > 1e3);
+    }
+}
+
+/// Constraints are kept by projection, and what is left converges with the order of the method; a run without
+/// a fixed step is refused.
+#[test]
+fn teaching_methods_keep_constraints() {
+    let rod = Rod { m: 2.0, l: 1.5, g: 9.81 };
+    let start = at_rest_or_not([1.5, 0.0], [0.0, -1.0]);
+    let exact = rod.simulate(start).until(2.0).tolerance(1e-13).run().unwrap().end();
+    for (method, h) in [
+        (methods::Any::<Rod>::from(methods::ExplicitEuler), 1e-4),
+        (methods::Heun.into(), 2e-3),
+        (methods::AdamsBashforth2.into(), 2e-3),
+        (methods::AdamsBashforth3.into(), 5e-3),
+        (methods::AdamsBashforth4.into(), 5e-3),
+    ] {
+        let error = |h: f64| {
+            let motion = rod.simulate(start).until(2.0).fixed_step(h).method(&method).run().unwrap();
+            let off = motion.steps().map(|state| (state.q.norm() - rod.l).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-12, "{method}: {off:e}");
+            (motion.end().q - exact.q).norm()
+        };
+        let found = order(error(h), error(0.5 * h));
+        assert!((found - f64::from(method.method().order())).abs() < 0.3, "{method}: order {found}");
+        let refused = rod.simulate(start).until(2.0).method(&method).run().unwrap_err();
+        assert!(refused.to_string().contains("give `.fixed_step(h)`"), "{refused}");
     }
 }
 
