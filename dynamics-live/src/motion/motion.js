@@ -1,6 +1,8 @@
 // One motion of a model: its state, what happens in its steps, and what lies between their ends.
 
-/** So often in a row accelerations are found to lead back to a jump before the motion counts as resting on it. */
+/**
+ * So often in a row accelerations are found to lead back to a jump before the motion counts as resting on it.
+ */
 const MOST_SLIDES = 3;
 /** Condition of the constraints above which a failure has a singular position as its cause. */
 const SINGULAR_CONDITION = 1e3;
@@ -197,7 +199,9 @@ class Motion extends Stepper {
     return made;
   }
 
-  /** Fails where the motion rests on a jump of its accelerations, to which these lead back from both sides. */
+  /**
+   * Fails where the motion rests on a jump of its accelerations, to which these lead back from both sides.
+   */
   is_ahead() {
     const { slides, jump } = this.switching;
     return slides < MOST_SLIDES || this.system.fail({ kind: "rests_on_jump", coordinate: jump });
@@ -206,7 +210,7 @@ class Motion extends Stepper {
   /** The cause behind a failure of a method, where there is a better word for it. */
   explain(failure) {
     const { q, u, n } = this;
-    if (["not_finite", "step_too_small"].includes(failure.kind)) {
+    if (["not_finite", "step_too_small", "step_not_solved", "time_not_resolved"].includes(failure.kind)) {
       for (const [order, values] of [
         [0, q],
         [1, u],

@@ -227,7 +227,7 @@ class Stepper {
         to = this.retry_end(h, retries, end);
         h = to - this.t;
       }
-      if (to === this.t) return system.fail({ kind: "time_not_resolved", t: this.t, h: plan.h });
+      if (to === this.t) return system.fail(this.unresolved());
       let failure = this.attempt(to, h);
       const change = failure === null && !plan.fixed ? this.switching.first_change(to, h) : null;
       if (change !== null) {
@@ -277,6 +277,13 @@ class Stepper {
         return system.fail(failure);
       }
     }
+  }
+
+  /** The failure of a step that time does not resolve. */
+  unresolved() {
+    const { plan, t } = this,
+      kind = plan.fixed ? "time_not_resolved" : "step_too_small";
+    return { kind, coordinate: this.worst(), t, h: plan.h };
   }
 
   /** Chooses the size of the next step anew, behind a change of the accelerations. */

@@ -1,13 +1,15 @@
-// Switching functions: where within a step the accelerations stop being smooth, because a branch of |x|, max, …
-// changes, or a smooth function goes on with another piece.
+// Switching functions: where within a step the accelerations stop being smooth, because a branch of |x|, max,
+// … changes, or a smooth function goes on with another piece.
 //
 // Under step control a step that passes such a place is made again to end there, as
-// `dynamics-runtime/src/integrate/discontinuity.rs` has it. Programs do not hold branches. So a stage that lies
-// behind a change is evaluated where its way back crosses the change, still on the branch of the start: for a
-// stage at a distance τ behind this errs by τ q⃛, which is nothing in the step that ends there. The
+// `dynamics-runtime/src/integrate/discontinuity.rs` has it. Programs do not hold branches. So a stage that
+// lies behind a change is evaluated where its way back crosses the change, still on the branch of the start:
+// for a stage at a distance τ behind this errs by τ q⃛, which is nothing in the step that ends there. The
 // accelerations at the start of the next step are evaluated a little ahead, on the branch that it is to take.
 
-/** Part of a step at which its branches are determined: its start may lie a rounding error before a change. */
+/**
+ * Part of a step at which its branches are determined: its start may lie a rounding error before a change.
+ */
 const BRANCH_LOOKUP_PART = 1e-9;
 /** A change nearer to the end of a step than this part is its end. */
 const SWITCHING_END_RESOLUTION = 1e-13;
@@ -158,7 +160,9 @@ class SwitchingFunctions {
     return Math.max(BRANCH_LOOKUP_PART, this.resolution(h));
   }
 
-  /** The part of the step just tried at which the first change lies; null where there is none before its end. */
+  /**
+   * The part of the step just tried at which the first change lies; null where there is none before its end.
+   */
   first_change(to, h) {
     if (!this.is_active || this.signs === null || this.attempts >= MAX_SWITCHING_ATTEMPTS) return null;
     const { stepper, out } = this,
