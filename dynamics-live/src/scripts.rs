@@ -2,25 +2,40 @@
 
 use dynamics_view::scripts;
 
-/// What computes, in the order in which it has to be read. It knows nothing of pages.
-const MOTION: [&str; 17] = [
-    include_str!("motion/numbers.js"),
-    include_str!("motion/methods.js"),
-    include_str!("motion/linear.js"),
-    include_str!("motion/words.js"),
-    include_str!("motion/system.js"),
-    include_str!("motion/rank.js"),
-    include_str!("motion/friction.js"),
-    include_str!("motion/impact.js"),
-    include_str!("motion/constraints.js"),
-    include_str!("motion/crossing.js"),
-    include_str!("motion/midpoint.js"),
-    include_str!("motion/step_size.js"),
-    include_str!("motion/switching.js"),
-    include_str!("motion/stepper.js"),
-    include_str!("motion/events.js"),
-    include_str!("motion/motion.js"),
-    include_str!("motion/drag.js"),
+/// Which parts of the motion's scripts a model needs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Parts {
+    /// It has constraints.
+    pub(crate) constraints: bool,
+    /// Its accelerations are not smooth.
+    pub(crate) kinks: bool,
+    /// It has events, contacts, or sticking.
+    pub(crate) events: bool,
+}
+
+/// What computes, in the order in which it has to be read, and whether a model with these parts needs it. It knows
+/// nothing of pages.
+const MOTION: [(&str, fn(Parts) -> bool); 20] = [
+    (include_str!("motion/numbers.js"), |_| true),
+    (include_str!("motion/methods.js"), |_| true),
+    (include_str!("motion/linear.js"), |_| true),
+    (include_str!("motion/words.js"), |_| true),
+    (include_str!("motion/system.js"), |_| true),
+    (include_str!("motion/general_solver.js"), |parts| parts.constraints),
+    (include_str!("motion/constraint_words.js"), |parts| parts.constraints),
+    (include_str!("motion/rank.js"), |parts| parts.constraints),
+    (include_str!("motion/friction.js"), |parts| parts.constraints),
+    (include_str!("motion/impact.js"), |parts| parts.constraints && parts.events),
+    (include_str!("motion/constraints.js"), |parts| parts.constraints),
+    (include_str!("motion/crossing.js"), |parts| parts.constraints),
+    (include_str!("motion/midpoint.js"), |_| true),
+    (include_str!("motion/step_size.js"), |_| true),
+    (include_str!("motion/roots.js"), |parts| parts.events || parts.kinks),
+    (include_str!("motion/switching.js"), |parts| parts.kinks),
+    (include_str!("motion/stepper.js"), |_| true),
+    (include_str!("motion/events.js"), |parts| parts.events),
+    (include_str!("motion/motion.js"), |_| true),
+    (include_str!("motion/drag.js"), |_| true),
 ];
 
 /// What is seen.
@@ -50,7 +65,13 @@ pub(crate) fn style() -> String {
 #[doc(hidden)]
 #[must_use]
 pub fn motion_script() -> String {
-    joined(&MOTION)
+    motion_script_of(Parts { constraints: true, kinks: true, events: true })
+}
+
+/// The same with the parts that a model needs.
+pub(crate) fn motion_script_of(parts: Parts) -> String {
+    let needed = MOTION.iter().filter(|(_, is_needed)| is_needed(parts));
+    joined(&needed.map(|(script, _)| *script).collect::<Vec<_>>())
 }
 
 /// Scripts without comments and indentation.

@@ -7,11 +7,24 @@ const MOST_SLIDES = 3;
 /** Condition of the constraints above which a failure has a singular position as its cause. */
 const SINGULAR_CONDITION = 1e3;
 
+/** What stands in the place of constraints and events where a model has none. */
+const NO_CONSTRAINTS = {
+  has_positions: false,
+  project_positions: () => true,
+  project_velocities: () => true,
+};
+const NO_EVENTS = { unilaterals: [], start() {}, after_step: () => true, check_gaps: () => true };
+
+/** Whether a motion has events. */
+function has_events({ events = [], contacts = [], stick_slip = [] }) {
+  return events.length + contacts.length + stick_slip.length > 0;
+}
+
 class Motion extends Stepper {
   /** `programs`: what the macro prints; `model`: names, units and values. */
   constructor(programs, model) {
     const system = new System(programs, model);
-    system.constraints = new Constraints(system);
+    system.constraints = system.r > 0 ? new Constraints(system) : NO_CONSTRAINTS;
     super(system);
     this.programs = programs;
     this.model = model;
@@ -27,7 +40,7 @@ class Motion extends Stepper {
     this.events = [];
     /** The end of the last step before an action at an event changed the state; null where none did. */
     this.jumped = null;
-    this.locator = new EventLocator(this);
+    this.locator = has_events(model) ? new EventLocator(this) : NO_EVENTS;
     this.refused = this.refresh();
   }
 

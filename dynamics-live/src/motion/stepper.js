@@ -67,6 +67,17 @@ function quintic(from, to, h, theta, n, out) {
   return out;
 }
 
+/** What stands in the place of switching functions where accelerations are smooth. */
+function smooth(system) {
+  return {
+    slides: 0,
+    restart() {},
+    begin_step() {},
+    first_change: () => null,
+    accelerate: (t, q, u, a, l) => system.accelerate(t, q, u, a, l),
+  };
+}
+
 class Stepper {
   constructor(system) {
     const { n, r } = system,
@@ -99,7 +110,7 @@ class Stepper {
     this.slope_q = new Float64Array(n);
     this.slope_u = new Float64Array(n);
     this.midpoint = new ImplicitMidpoint(this);
-    this.switching = new SwitchingFunctions(this);
+    this.switching = system.has("kinks") ? new SwitchingFunctions(this) : smooth(system);
     this.steps = 0;
     this.rejected = 0;
     this.work = 0;
@@ -120,7 +131,7 @@ class Stepper {
       controller: control ? new Controller(control, error_order) : null,
       origin: this.t,
       count: 0,
-      crossing: new SingularityCrossing(),
+      crossing: this.r > 0 ? new SingularityCrossing() : null,
       attempts_without_stage_projection: 0,
     };
     if (!plan.fixed) {
@@ -214,7 +225,7 @@ class Stepper {
     let retries = 0,
       failures = 0,
       chosen = null;
-    crossing.begin_step();
+    crossing?.begin_step();
     this.switching.holding = false;
     if (!plan.fixed) {
       this.limit = end;
@@ -565,7 +576,7 @@ class Stepper {
     if (plan.fixed) {
       const planned = plan.origin + (plan.count + 1) * (h < 0 ? -plan.h : plan.h);
       if ((planned - to) * Math.sign(h) <= SAME_TIME_PART * plan.h) plan.count++;
-      if (Math.abs(h) >= (1 - SAME_TIME_PART) * plan.h) plan.crossing.update_usual();
+      if (Math.abs(h) >= (1 - SAME_TIME_PART) * plan.h) plan.crossing?.update_usual();
     }
     from.t = this.t0 = this.t;
     for (const part of ["q", "u", "a", "l"]) {
