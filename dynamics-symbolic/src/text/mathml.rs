@@ -329,9 +329,9 @@ fn juxtaposed(factors: impl Iterator<Item = String>) -> String {
     let mut out = String::new();
     for factor in factors {
         if !out.is_empty() {
-            out.push_str(match (Kind::last(&out), Kind::first(&factor)) {
-                (Kind::Number, Kind::Number) => DOT,
-                (Kind::Word, _) | (_, Kind::Word) => THIN_SPACE,
+            out.push_str(match (TokenKind::last(&out), TokenKind::first(&factor)) {
+                (TokenKind::Number, TokenKind::Number) => DOT,
+                (TokenKind::Word, _) | (_, TokenKind::Word) => THIN_SPACE,
                 _ => TIMES,
             });
         }
@@ -342,13 +342,13 @@ fn juxtaposed(factors: impl Iterator<Item = String>) -> String {
 
 /// What a factor begins or ends with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum TokenKind {
     Number,
     Word,
     Other,
 }
 
-impl Kind {
+impl TokenKind {
     fn first(text: &str) -> Self {
         Self::of(text.split('<').find_map(|tag| tag.split_once('>').filter(|(_, inside)| !inside.is_empty())))
     }
