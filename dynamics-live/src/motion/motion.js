@@ -20,6 +20,12 @@ function has_events({ events = [], contacts = [], stick_slip = [] }) {
   return events.length + contacts.length + stick_slip.length > 0;
 }
 
+/** Whether vectors differ by a few roundings of their largest number at most. */
+function is_rounding_apart(x, y) {
+  const permitted = 16 * Number.EPSILON * Math.max(max_abs(x), 1);
+  return x.every((value, i) => Math.abs(value - y[i]) <= permitted);
+}
+
 class Motion extends Stepper {
   /** `programs`: what the macro prints; `model`: names, units and values. */
   constructor(programs, model) {
@@ -124,12 +130,11 @@ class Motion extends Stepper {
 
   /** Puts a state onto the constraints; false where that or its accelerations fail. */
   place(t, q, u) {
-    const { system, n, r } = this,
-      { constraints } = system;
-    constraints.mean_sensitivity = 0;
+    const { system, n, r } = this;
+    system.constraints.mean_sensitivity = 0;
     const a = new Float64Array(n),
       l = new Float64Array(r);
-    const placed = (r === 0 || constraints.project(t, q, u)) && system.accelerate(t, q, u, a, l);
+    const placed = (r === 0 || this.project_start(t, q, u)) && system.accelerate(t, q, u, a, l);
     system.evaluations--;
     if (!placed) {
       const { failure } = system;
@@ -142,6 +147,21 @@ class Motion extends Stepper {
     }
     this.a.set(a);
     this.l.set(l);
+    return true;
+  }
+
+  /**
+   * Projects a start. One that rounding alone would change stays as it is: a page that is opened by its own
+   * address finds its start to the last digit.
+   */
+  project_start(t, q, u) {
+    const given_q = q.slice(),
+      given_u = u.slice();
+    if (!this.system.constraints.project(t, q, u)) return false;
+    if (is_rounding_apart(q, given_q) && is_rounding_apart(u, given_u)) {
+      q.set(given_q);
+      u.set(given_u);
+    }
     return true;
   }
 

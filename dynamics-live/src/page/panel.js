@@ -44,6 +44,7 @@ function makeStart() {
     const [lo, hi] = whole && coordinate.angle ? [-Math.PI, Math.PI] : [-1, 1];
     return {
       id: part + index, name, about, index, lo, hi, unit: whole ? unit : rateUnit(coordinate),
+      spoken: whole ? undefined : `rate of ${name}`,
       symbol: whole ? coordinate.symbol : rateSymbol(coordinate.symbol),
       change: (v) => change([index], v), changeAll: change,
     };
@@ -51,10 +52,6 @@ function makeStart() {
   const positions = makeSliders($("positions"), MODEL.coordinates.map((c, i) => item("q", c, i)));
   const into = N > 3 ? fold($("velocities"), "velocities") : $("velocities");
   const velocities = makeSliders(into, MODEL.coordinates.map((c, i) => item("u", c, i)));
-  for (const [i, slider] of velocities.entries()) {
-    const { name } = MODEL.coordinates[i];
-    slider.input.setAttribute("aria-label", `rate of ${name}` + (slider.unit ? ` in ${slider.unit}` : ""));
-  }
   startSliders = [...positions, ...velocities];
   for (const start of MODEL.starts.length > 1 ? MODEL.starts : []) {
     const chip = Object.assign(element("button", "", start.name), { type: "button" });

@@ -245,11 +245,11 @@ class Picture {
 
   // ---- dragging
 
-  // What can be taken hold of: the points of the model.
+  // What can be taken hold of: the points of the model, but no vector that depends on velocities.
   handles() {
-    const { player } = this;
+    const { player } = this, fixed = (this.fixed ??= this.placesAlone());
     let next = 0;
-    return (PROGRAMS.points ? MODEL.points : []).map(({ name, dimension }, index) => {
+    const all = (PROGRAMS.points ? MODEL.points : []).map(({ name, dimension }, index) => {
       const first = next;
       next += dimension;
       const place = () => {
@@ -258,7 +258,20 @@ class Picture {
         const at = Array.from(out.slice(first, first + dimension));
         return this.space && dimension === 2 ? [at[0], 0, at[1]] : at;
       };
-      return { name, dimension, index, place };
+      return { name, dimension, index, first, place };
+    });
+    return all.filter(({ index }) => fixed[index]);
+  }
+  // Which points are places: those that other velocities leave where they are.
+  placesAlone() {
+    if (!PROGRAMS.points) return [];
+    const { system, t, q, u } = this.player.motion, at = (u) => system.value("points", t, q, u).slice();
+    const [here, there] = [at(u), at(u.map((x) => x + 1))];
+    let next = 0;
+    return MODEL.points.map(({ dimension }) => {
+      const first = next;
+      next += dimension;
+      return here.subarray(first, next).every((x, k) => x === there[first + k]);
     });
   }
   // The handle under a finger, or null.
@@ -302,8 +315,15 @@ class Picture {
   }
   move(event) {
     const { held } = this, box = this.canvas.getBoundingClientRect();
-    const target = this.placeAt(event.clientX - box.left, event.clientY - box.top, held.handle.place());
-    const refusal = this.pull(held.handle, target);
+    const x = event.clientX - box.left, y = event.clientY - box.top;
+    let target, refusal;
+    // In space the place is as far from the eye as the point is, which the pull changes.
+    for (let turn = 0; turn < (this.space ? 5 : 1) && !refusal; turn++) {
+      target = this.placeAt(x, y, held.handle.place());
+      refusal = this.pull(held.handle, target);
+      const [px, py] = this.onCanvas(held.handle.place());
+      if (Math.hypot(px - x, py - y) < 0.5) break;
+    }
     held.trail.push({ at: event.timeStamp, target });
     while (held.trail.length > 2 && event.timeStamp - held.trail[0].at > 80) held.trail.shift();
     return refusal;

@@ -11,7 +11,7 @@ use crate::double_pendulum::DoublePendulum;
 use crate::engine::Engine;
 
 #[path = "../../models/andrews.rs"]
-mod andrews;
+pub(crate) mod andrews;
 #[path = "../../models/parallelogram.rs"]
 mod parallelogram;
 #[path = "../../models/three_cranks.rs"]
@@ -44,8 +44,8 @@ impl Rod {
 /// A ball above the ground.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x, y)]
-struct BouncingBall {
-    g: f64,
+pub(crate) struct BouncingBall {
+    pub(crate) g: f64,
 }
 
 #[dynamics]
