@@ -69,6 +69,8 @@ macro_rules! from_methods {
 }
 
 from_methods! {
+    ExplicitEuler => ExplicitEuler,
+    Heun => Heun,
     Rk4 => Rk4,
     DormandPrince5 => DormandPrince,
     Dop853 => Dop853,
