@@ -1,5 +1,6 @@
-// The pictures of the guide are compared with the files in `docs/guide/pictures/`. The comments behind the
-// examples call these functions (`tests/pages/lib.rs`). `UPDATE_CHARTS=1` writes the pictures instead.
+// The pictures of the guide are compared with the files in `docs/guide/pictures/`, those of the book (named
+// `book/..`) with the files in `docs/book/src/pictures/`. The comments behind the examples call these functions
+// (`tests/pages/lib.rs`). `UPDATE_CHARTS=1` writes the pictures instead.
 //
 // Charts are SVG files that the library writes. A `Drawing` is shown by the pages that the library writes for
 // browsers; for the printed page it is painted here, as those pages paint it.
@@ -19,16 +20,28 @@ mod pictures {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs")
     }
 
-    /// Compares the chart that the example has written, `target/guide/<name>.svg`, with the guide's picture.
+    /// The file of a picture.
+    fn picture(name: &str) -> PathBuf {
+        match name.strip_prefix("book/") {
+            Some(name) => docs().join(format!("book/src/pictures/{name}.svg")),
+            None => docs().join(format!("guide/pictures/{name}.svg")),
+        }
+    }
+
+    /// Compares the chart that the example has written, `target/guide/<name>.svg`, or of the book
+    /// `target/book/<name>.svg`, with the picture of that name.
     pub fn check(name: &str) {
-        let path = Path::new("target/guide").join(format!("{name}.svg"));
+        let path = match name.starts_with("book/") {
+            true => Path::new("target").join(format!("{name}.svg")),
+            false => Path::new("target/guide").join(format!("{name}.svg")),
+        };
         let now =
             std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         is_current(name, &now);
     }
 
     fn is_current(name: &str, now: &str) {
-        let path = docs().join("guide/pictures").join(format!("{name}.svg"));
+        let path = picture(name);
         if std::env::var_os("UPDATE_CHARTS").is_some() {
             return std::fs::write(&path, now).unwrap();
         }
@@ -74,24 +87,60 @@ mod pictures {
     /// Every picture is shown on a page, and every picture that a page shows is there and is written by an
     /// example of that page.
     pub fn all_are_shown() {
-        let pages = std::fs::read_dir(docs().join("guide")).unwrap().map(|page| page.unwrap().path());
-        let pages = pages.filter(|page| page.extension().is_some_and(|extension| extension == "md"));
+        let guide = pages(&docs().join("guide")).into_iter().chain([docs().join("../README.md")]);
+        assert_eq!(shown(guide, ""), files(&docs().join("guide/pictures")), "pictures of docs/guide");
+        let book = pages(&docs().join("book/src"));
+        assert_eq!(shown(book, "book/"), files(&docs().join("book/src/pictures")), "pictures of docs/book");
+    }
+
+    fn pages(folder: &Path) -> Vec<PathBuf> {
+        let pages = std::fs::read_dir(folder).unwrap().map(|page| page.unwrap().path());
+        pages.filter(|page| page.extension().is_some_and(|extension| extension == "md")).collect()
+    }
+
+    fn files(folder: &Path) -> BTreeSet<String> {
+        let files = std::fs::read_dir(folder).unwrap();
+        files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect()
+    }
+
+    /// The pictures that pages show; their examples draw them by these names behind the prefix.
+    fn shown(pages: impl IntoIterator<Item = PathBuf>, prefix: &str) -> BTreeSet<String> {
         let mut shown = BTreeSet::new();
-        for page in pages.chain([docs().join("../README.md")]) {
+        for page in pages {
             let text = std::fs::read_to_string(&page).unwrap();
             for rest in text.split("pictures/").skip(1).filter(|rest| rest.contains(".svg)")) {
                 let Some(name) = rest.split(".svg)").next().filter(|name| !name.contains(['\n', ' '])) else {
                     continue;
                 };
-                let drawn = text.contains(&format!("\"{name}\");"));
+                let drawn = text.contains(&format!("\"{prefix}{name}\");"));
                 assert!(drawn, "{}: no example draws {name}", page.display());
                 shown.insert(format!("{name}.svg"));
             }
         }
-        let files = std::fs::read_dir(docs().join("guide/pictures")).unwrap();
-        let files: BTreeSet<String> =
-            files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
-        assert_eq!(shown, files, "pictures that the pages show, and those in docs/guide/pictures");
+        shown
+    }
+
+    // ---- printed text
+
+    /// A block of text on this page of the book is what the example prints. A line `...` stands for any lines.
+    pub fn prints(page: &str, text: &str) {
+        let path = docs().join(format!("book/src/{page}.md"));
+        let markdown = std::fs::read_to_string(&path).unwrap();
+        let blocks: Vec<&str> =
+            markdown.split("```text\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
+        let is_there = |block: &&str| {
+            let mut rest = format!("\n{}\n", text.trim_end());
+            block.split("...\n").all(|piece| match rest.find(&format!("\n{piece}")) {
+                Some(at) => {
+                    rest = rest[at + piece.len()..].to_string();
+                    true
+                }
+                None => false,
+            })
+        };
+        if !blocks.iter().any(is_there) {
+            panic!("no block of {} is part of what is printed now:\n{text}", path.display());
+        }
     }
 
     // ---- drawings

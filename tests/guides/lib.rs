@@ -1,5 +1,5 @@
-//! The README and the guides as doctests: their code is compiled and run, and their pictures are compared
-//! with those that it draws.
+//! The README, the guides and the course as doctests: their code is compiled and run, and their pictures and
+//! their listings are compared with what it draws and prints.
 
 use dynamics_pages::page;
 
@@ -42,7 +42,28 @@ pub struct LivePages;
 #[doc = page!("../../docs/reference/language.md")]
 pub struct Language;
 
-/// The pages show every picture of the guide, and only pictures that their examples draw.
+#[doc = page!("../../docs/book/src/particles-and-constraints.md")]
+pub struct BookParticles;
+#[doc = page!("../../docs/book/src/systems-of-particles.md")]
+pub struct BookSystems;
+#[doc = page!("../../docs/book/src/kinematics.md")]
+pub struct BookKinematics;
+#[doc = page!("../../docs/book/src/planar-bodies.md")]
+pub struct BookPlanarBodies;
+#[doc = page!("../../docs/book/src/stability.md")]
+pub struct BookStability;
+#[doc = page!("../../docs/book/src/vibrations.md")]
+pub struct BookVibrations;
+#[doc = page!("../../docs/book/src/bodies-in-space.md")]
+pub struct BookBodiesInSpace;
+#[doc = page!("../../docs/book/src/waves-in-a-bar.md")]
+pub struct BookWaves;
+#[doc = page!("../../docs/book/src/matrices-solids-methods.md")]
+pub struct BookMatricesSolidsMethods;
+#[doc = page!("../../docs/book/src/vibration-formulas-signals.md")]
+pub struct BookFormulasSignals;
+
+/// The pages show every picture of the guide and of the course, and only pictures that their examples draw.
 ///
 /// ```
 /// include!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/pictures.rs"));

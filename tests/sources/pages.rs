@@ -7,6 +7,9 @@ use std::path::Path;
 /// Pages that name files and folders in backticks. A page that is absent names nothing.
 const MAPS: &[&str] = &["ARCHITECTURE.md", "CONTRIBUTING.md", "tests/README.md"];
 
+/// The folder of the gallery as the course has it, where both are built.
+const GALLERY: &str = "../gallery/";
+
 /// Short forms of ARCHITECTURE.md: `runtime/` stands for `dynamics-runtime/src/`.
 const CRATES: &[&str] =
     &["simd", "symbolic", "vocabulary", "macros", "view", "runtime", "analysis", "families", "live"];
@@ -91,7 +94,7 @@ fn links_lead_somewhere() {
         let folder = root().join(page).parent().unwrap().to_path_buf();
         for link in prose(&text).replace('\n', " ").split("](").skip(1) {
             let link = link.split(')').next().unwrap_or("");
-            if link.contains("://") || link.starts_with("mailto:") {
+            if link.contains("://") || link.starts_with("mailto:") || link.starts_with(GALLERY) {
                 continue;
             }
             let (file, place) = link.split_once('#').unwrap_or((link, ""));
@@ -105,6 +108,19 @@ fn links_lead_somewhere() {
         }
     }
     assert!(missing.is_empty(), "links that lead nowhere: {missing:#?}");
+}
+
+/// The course shows live pages, in frames and by links. The gallery writes them beside it.
+#[test]
+fn live_pages_are_in_the_gallery() {
+    let gallery = fs::read_to_string(root().join("examples/gallery/main.rs")).unwrap();
+    for page in tree().iter().filter(|path| path.ends_with(".md")) {
+        let text = fs::read_to_string(root().join(page)).unwrap();
+        for link in text.split(GALLERY).skip(1) {
+            let name = link.split(".html").next().unwrap_or("");
+            assert!(gallery.contains(&format!("(\"{name}\", ")), "{page}: the gallery has no page {name}");
+        }
+    }
 }
 
 /// An example on a page is a whole `main.rs`: nothing in it is hidden, as only rustdoc would hide it, and
