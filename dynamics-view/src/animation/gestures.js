@@ -1,15 +1,18 @@
-// How the viewer chooses what of the picture is seen: fingers, wheel, keys and a choice of what to follow.
-// `sight` is of `makePlane` or `makeSpace`.
+// How the viewer chooses what of the picture is seen: fingers, wheel, keys, and what to follow. `sight` is of
+// `makePlane` or `makeSpace`.
 "use strict";
 
-// One finger or the mouse moves the plane and turns space; two fingers or the wheel make the picture larger; a
-// double click shows the whole again. A press that `takes` says to be its own is left alone, until a second
+// One finger or the mouse moves the plane and turns space; two fingers or the wheel make the picture larger;
+// a double click shows the whole again. A press that `takes` says to be its own is left alone, until a second
 // finger makes a gesture of both: then `letGo` is called. Returns whether the last press moved.
 function makeGestures(canvas, sight, { refresh, whole, takes = () => false, letGo = () => {} }) {
   const held = new Map();
   let dragged = false, taken = null;
-  const apart = () => { const [a, b] = [...held.values()]; return Math.hypot(a.x - b.x, a.y - b.y); };
-  const between = () => { const [a, b] = [...held.values()]; return { x: (a.x + b.x) / 2, y: (a.y + b.y) / 2 }; };
+  // How far two fingers are apart, and what is between them.
+  const pinch = () => {
+    const [a, b] = [...held.values()];
+    return { apart: Math.hypot(a.x - b.x, a.y - b.y), x: (a.x + b.x) / 2, y: (a.y + b.y) / 2 };
+  };
   const fromMiddle = ({ x, y }) => {
     const box = canvas.getBoundingClientRect();
     return [x - box.left - box.width / 2, y - box.top - box.height / 2];
@@ -34,12 +37,14 @@ function makeGestures(canvas, sight, { refresh, whole, takes = () => false, letG
     const to = { x: event.clientX, y: event.clientY }, [dx, dy] = [to.x - from.x, to.y - from.y];
     // A finger never holds still.
     if (taken === null && !dragged && Math.hypot(dx, dy) < 4) return;
-    const pair = held.size === 2, [before, at] = pair ? [apart(), between()] : [];
+    const pair = held.size === 2, before = pair && pinch();
     held.set(event.pointerId, to);
     if (taken !== null) return;
     dragged = true;
     if (held.size === 1) sight.drag(dx, dy);
-    else if (pair && before > 0) sight.pinch(apart() / before, ...fromMiddle(at), dx / 2, dy / 2);
+    else if (before.apart > 0) {
+      sight.pinch(pinch().apart / before.apart, ...fromMiddle(before), dx / 2, dy / 2);
+    }
     refresh();
   });
   for (const end of ["pointerup", "pointercancel"]) {
@@ -52,18 +57,19 @@ function makeGestures(canvas, sight, { refresh, whole, takes = () => false, letG
     event.preventDefault();
     // Two fingers on a trackpad are a wheel with small numbers and the control key.
     const speed = event.ctrlKey ? 0.01 : 0.0015 * (event.deltaMode ? 30 : 1);
-    const at = fromMiddle({ x: event.clientX, y: event.clientY });
-    sight.pinch(Math.exp(-speed * clamp(event.deltaY, -400, 400)), ...at);
+    const by = Math.exp(-speed * clamp(event.deltaY, -400, 400));
+    sight.pinch(by, ...fromMiddle({ x: event.clientX, y: event.clientY }));
     refresh();
   }, { passive: false });
   canvas.addEventListener("dblclick", whole);
   return { get dragged() { return dragged; } };
 }
 
-// The picture's choices: `names` are points that can stay in its middle. `refresh` draws it again; `takes` and
+// The picture's choices: `names` are points that can stay in its middle, `refresh` draws it again, `takes` and
 // `letGo` are those of gestures.
 function makeLook({ canvas, sight, names, refresh, ...hands }) {
   const follow = $("follow"), button = $("whole");
+  let found = null;
   function whole() {
     follow.value = "";
     sight.reset();
@@ -86,12 +92,12 @@ function makeLook({ canvas, sight, names, refresh, ...hands }) {
   });
 
   // Where the followed point is; what is nowhere stays where it was.
-  let found = null;
   function place(points) {
     if (follow.value === "") return null;
     const chosen = follow.value === "all" ? points : [points[follow.value]];
     const known = chosen.filter((point) => point?.every(Number.isFinite));
-    if (known.length) found = [0, 1].map((axis) => known.reduce((sum, p) => sum + p[axis], 0) / known.length);
+    const mean = (axis) => known.reduce((sum, point) => sum + point[axis], 0) / known.length;
+    if (known.length) found = [mean(0), mean(1)];
     return found;
   }
   return {
@@ -100,6 +106,7 @@ function makeLook({ canvas, sight, names, refresh, ...hands }) {
     follow(points) {
       sight.follow?.(place(follow.value === "" ? [] : points()));
       button.hidden = sight.whole;
+      if (!sight.whole) $("hint").classList.add("gone");
     },
     // Keys that move or turn the picture as a finger would, magnify it, and show the whole.
     keys: {

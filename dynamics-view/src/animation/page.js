@@ -94,7 +94,9 @@
   }
 
   // Between two instants of a column.
-  const between = (column, part, k) => (part > 0 ? column[k] + part * (column[k + 1] - column[k]) : column[k]);
+  function between(column, part, k) {
+    return part > 0 ? column[k] + part * (column[k + 1] - column[k]) : column[k];
+  }
 
   // The mean of the points that move.
   function middleNow() {
@@ -105,8 +107,9 @@
       let first = 0;
       for (const figure of now?.scene.figures ?? []) {
         for (let k = 0; k < pointsOf(figure) && figure.k !== "text"; k++) {
-          const columns = now.scene.numbers.slice(first + axes * k, first + axes * k + 2), point = columns.map(now.value);
-          if (columns.every((column) => typeof column === "number") || point.some(Number.isNaN)) continue;
+          const place = first + axes * k, columns = now.scene.numbers.slice(place, place + 2);
+          const point = columns.map(now.value), stands = columns.every((c) => typeof c === "number");
+          if (stands || point.some(Number.isNaN)) continue;
           point.forEach((x, axis) => { sum[axis] += x; });
           count++;
         }
@@ -256,8 +259,8 @@
 
   function seek(k) {
     frame = clamp(k, 0, last);
-    const unit = timeUnit && " " + timeUnit;
-    transport.place(last ? frame / last : 0, "t = " + time(frame) + " / " + time(last) + unit, time(frame) + unit);
+    const unit = timeUnit && " " + timeUnit, [now, end] = [time(frame), time(last)];
+    transport.place(last ? frame / last : 0, `t = ${now} / ${end}${unit}`, now + unit);
     refresh();
   }
 

@@ -29,7 +29,8 @@ impl Animation<'_> {
         });
         let mut methods: Vec<_> = self.films.iter().map(|(film, _)| film.method()).collect();
         methods.dedup();
-        let subtitle: Vec<_> = methods.iter().chain(&clock.notes).map(|part| xml(part)).collect();
+        let known = methods.iter().chain(&clock.notes).filter(|part| !part.is_empty());
+        let subtitle: Vec<_> = known.map(|part| xml(part)).collect();
         let sight = if is_spatial(recordings) { scripts::SPACE } else { scripts::PLANE };
         let own = [sight, include_str!("room.js"), include_str!("page.js")];
         fill(

@@ -106,8 +106,8 @@ const makePaint = (sight) => {
     if (!(spacing > 0) || !Number.isFinite(spacing)) return null;
     const left = middle[0] - view.x / unit, bottom = middle[1] - (height - view.y) / unit;
     const lines = (from, pixels) => {
-      const first = Math.ceil(from / spacing), count = Math.floor((from + pixels / unit) / spacing) - first + 1;
-      return Array.from({ length: clamp(count, 0, 200) || 0 }, (_, k) => (first + k) * spacing);
+      const first = Math.ceil(from / spacing), last = Math.floor((from + pixels / unit) / spacing);
+      return Array.from({ length: clamp(last - first + 1, 0, 200) || 0 }, (_, k) => (first + k) * spacing);
     };
     const [across, upright] = [lines(left, width), lines(bottom, height)];
     const X = (v) => Math.round((v - left) * unit) + 0.5;
@@ -119,7 +119,9 @@ const makePaint = (sight) => {
     for (const y of upright.map(Y)) { pen.moveTo(0, y); pen.lineTo(width, y); }
     pen.stroke();
     // Small pictures have no room for numbers.
-    if (Math.min(width, height) >= 220) labelGrid(pen, { across, upright, X, Y, width, height, spacing, of });
+    if (Math.min(width, height) >= 220) {
+      labelGrid(pen, { across, upright, X, Y, width, height, spacing, of });
+    }
     return spacing;
   }
   // Coordinates at the lower and the left edge; the last ones say their unit.

@@ -31,8 +31,8 @@ const makePlane = () => {
       scale = zoom * fit.scale;
       return { scale, x: width / 2 - scale * middle[0], y: height / 2 + scale * middle[1] };
     },
-    // Makes larger what stays in its place at (x, y), in pixels from the middle of the canvas to the right and
-    // down; a point that is followed stays where it is. Then moves by pixels.
+    // Makes larger about (x, y), in pixels from the middle of the canvas to the right and down, or about the
+    // point that is followed. Then moves by pixels.
     pinch(by, x = 0, y = 0, dx = 0, dy = 0) {
       const before = scale, next = clamp(zoom * by, 0.05, 50);
       scale *= next / zoom;
