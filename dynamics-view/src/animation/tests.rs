@@ -78,7 +78,9 @@ fn the_page_has_its_parts_and_is_self_contained() {
 #[test]
 fn scripts_find_their_controls() {
     let html = Animation::new().add(&WHEEL, "A").to_html().unwrap();
-    for id in ["picture", "hint", "scale", "whole", "follow", "play", "sign", "again", "scrub", "time", "speed"] {
+    for id in
+        ["picture", "hint", "scale", "whole", "follow", "play", "sign", "again", "scrub", "time", "speed"]
+    {
         assert_eq!(html.matches(&format!(" id=\"{id}\"")).count(), 1, "{id}");
         assert!(html.contains(&format!("$(\"{id}\")")), "{id}");
     }
