@@ -1,6 +1,7 @@
 //! The scripts of pages. They are sources to be read; pages get them without comments and indentation.
 
 use dynamics_view::scripts;
+pub(crate) use dynamics_view::scripts::joined;
 
 /// Which parts of the motion's scripts a model needs.
 #[derive(Clone, Copy, Debug)]
@@ -53,12 +54,12 @@ const PAGE: [&str; 8] = [
 /// What is seen, as one script.
 pub(crate) fn page_script(in_space: bool) -> String {
     let eye = if in_space { scripts::SPACE } else { "" };
-    joined(&[&[scripts::PAINT, eye][..], &PAGE].concat())
+    joined(&[&scripts::SHARED[..], &[scripts::PLANE, eye], &PAGE].concat())
 }
 
 /// The style without comments and indentation.
 pub(crate) fn style() -> String {
-    joined(&[include_str!("page/page.css")])
+    joined(&[scripts::STYLE, include_str!("page/page.css")])
 }
 
 /// What computes, as one script. Public for the tests of the library alone.
@@ -72,32 +73,4 @@ pub fn motion_script() -> String {
 pub(crate) fn motion_script_of(parts: Parts) -> String {
     let needed = MOTION.iter().filter(|(_, is_needed)| is_needed(parts));
     joined(&needed.map(|(script, _)| *script).collect::<Vec<_>>())
-}
-
-/// Scripts without comments and indentation.
-///
-/// Comments of these scripts stand on lines of their own, and no text of theirs contains such a line; the
-/// tests of the pages would show it.
-fn joined(scripts: &[&str]) -> String {
-    let mut out = String::new();
-    let comments = ["//", "/*", "* ", "*/"];
-    for line in scripts.iter().flat_map(|script| script.lines()).map(str::trim) {
-        let is_comment = line == "*" || comments.iter().any(|start| line.starts_with(start));
-        if !(line.is_empty() || is_comment || line == "\"use strict\";") {
-            out.push_str(line);
-            out.push('\n');
-        }
-    }
-    out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::joined;
-
-    #[test]
-    fn comments_and_indentation_go() {
-        let script = "// Head.\n/**\n * What.\n */\nfunction f() {\n  // Why.\n  return 1 / 2; // half\n}\n";
-        assert_eq!(joined(&[script]), "function f() {\nreturn 1 / 2; // half\n}\n");
-    }
 }
