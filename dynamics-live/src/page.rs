@@ -5,19 +5,19 @@ use dynamics_view::text::fill;
 use dynamics_view::text::xml;
 
 use crate::data;
-use crate::error::LiveError;
-use crate::live::Live;
+use crate::live::{Live, LivePage};
 use crate::scripts::{motion_script, page_script, style};
 
-/// The page as text.
-pub(crate) fn page<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<String, LiveError> {
+/// The finished page.
+pub(crate) fn page<M: SimulationModel + Portable>(live: &Live<'_, M>) -> LivePage {
     let data = data::data(live);
     let title = data::title(live);
-    Ok(fill(
+    let about = first_paragraph(M::DOCUMENTATION).to_owned();
+    let html = fill(
         include_str!("page/page.html"),
         &[
             ("title", &xml(&title)),
-            ("about", &xml(first_paragraph(M::DOCUMENTATION))),
+            ("about", &xml(&about)),
             ("style", &style()),
             ("equations", M::MATHML),
             ("motion", &motion_script()),
@@ -25,7 +25,8 @@ pub(crate) fn page<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<
             ("model", &data),
             ("page", &page_script(true)),
         ],
-    ))
+    );
+    LivePage { title, about, html }
 }
 
 /// What a page says of a model under its title.

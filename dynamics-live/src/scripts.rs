@@ -48,7 +48,7 @@ pub fn motion_script() -> String {
 ///
 /// Comments of these scripts stand on lines of their own, and no text of theirs contains such a line; the
 /// tests of the pages would show it.
-fn joined(scripts: &[&str]) -> String {
+pub(crate) fn joined(scripts: &[&str]) -> String {
     let mut out = String::new();
     let comments = ["//", "/*", "* ", "*/"];
     for line in scripts.iter().flat_map(|script| script.lines()).map(str::trim) {

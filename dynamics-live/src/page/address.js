@@ -16,6 +16,7 @@ function link() {
 }
 let addressTimer;
 function remember() {
+  if (alone) return;
   clearTimeout(addressTimer);
   // Browsers refuse addresses that change many times a second, and in some frames all of them.
   addressTimer = setTimeout(() => { try { history.replaceState(null, "", "#" + link()); } catch { /* no address */ } }, 300);

@@ -4,6 +4,9 @@ const $ = (id) => document.getElementById(id);
 const player = new Player(), picture = new Picture($("picture"), player);
 const phase = new PhasePlot($("phase"), player), precision = new Precision($("precision"), player);
 const plots = [];
+// At the address `#picture` the page is its picture alone, for frames of other pages; at `#still` that stands.
+const alone = /^#(picture|still)$/.test(location.hash);
+document.documentElement.classList.toggle("alone", alone);
 let dirty = true, chartDirty = true, frames = 0, spent = 0, clockBefore = null;
 
 // ---- words
@@ -233,6 +236,11 @@ function drawAll() {
   if (!player.held) setStatus(player.reason && player.head >= player.last - 1 ? player.reason : player.playing ? pacing.slow : "");
 }
 function tick(clock) {
+  if (alone && !inSight.has($("picture"))) {
+    clockBefore = null;
+    requestAnimationFrame(tick);
+    return;
+  }
   const began = performance.now();
   if (player.playing && !player.held) {
     // A page that was hidden goes on where it was.
@@ -240,11 +248,14 @@ function tick(clock) {
     clockBefore = clock;
     const { ended, reached } = player.play(passed, began + 10);
     pacing.note(passed, reached);
-    if (ended && player.head >= player.last - 1e-6) setPlaying(false);
+    if (ended && player.head >= player.last - 1e-6) {
+      setPlaying(false);
+      if (alone) setTimeout(() => { if (location.hash === "#picture") setPlaying(true); }, 1500);
+    }
     dirty = true;
   }
   if (probe.wanted) { probe.work(began + 8); dirty = true; }
-  else if (precision.work(performance.now() + 4)) dirty = chartDirty = true;
+  else if (!alone && precision.work(performance.now() + 4)) dirty = chartDirty = true;
   if (dirty || picture.gliding) { dirty = false; drawAll(); }
   spent += performance.now() - began;
   frames++;
@@ -271,7 +282,10 @@ function listen() {
     copy(location.href.split("#")[0] + "#" + link(), "Link copied: it opens this start with these parameters"));
   $("rust").addEventListener("click", () => copy(rust(), "Copied: the same start as Rust"));
   $("csv").addEventListener("click", saveCsv);
-  addEventListener("hashchange", () => recalled(recall()));
+  addEventListener("hashchange", () => {
+    if (alone) setPlaying(location.hash === "#picture");
+    else recalled(recall());
+  });
   const repaint = (printed) => {
     document.documentElement.classList.toggle("printed", printed);
     readPalette();
@@ -286,7 +300,7 @@ function listen() {
     dirty = chartDirty = true;
   });
   new ResizeObserver(() => { dirty = chartDirty = true; }).observe(document.body);
-  for (const { canvas } of plots) sight.observe(canvas);
+  for (const { canvas } of [...plots, picture]) sight.observe(canvas);
 }
 function begin() {
   readPalette();
@@ -314,7 +328,7 @@ function begin() {
   $("not-shown").replaceChildren(...(MODEL.not_portable ?? []).map((text) => element("li", "", text)));
   probe.work(performance.now() + 25);
   requestAnimationFrame(tick);
-  if (!reducedMotion()) setPlaying(true);
+  if (!reducedMotion() && location.hash !== "#still") setPlaying(true);
   if (!picture.handles().length && picture.program) $("hint").textContent = "";
   if (picture.space) $("hint").textContent += ($("hint").textContent ? "; " : "") + "drag the ground to turn, scroll or pinch to zoom";
   if (!$("hint").classList.contains("stays")) setTimeout(() => $("hint").classList.add("gone"), 9000);
