@@ -136,7 +136,9 @@ fn rows<M: SimulationModel>() -> String {
         let owner = M::CONSTRAINTS.iter().find(|c| (c.first..c.first + c.rows).contains(&row));
         let switched = owner.and_then(|c| c.switched).map_or_else(|| "null".to_owned(), |i| i.to_string());
         let holonomic = row < M::Residual::LEN;
-        format!("{{{},\"holonomic\":{holonomic},\"switched\":{switched}}}", named(quantity))
+        let redundant = owner.is_some_and(|c| c.redundant);
+        let kind = format!("\"holonomic\":{holonomic},\"switched\":{switched},\"redundant\":{redundant}");
+        format!("{{{},{kind}}}", named(quantity))
     });
     format!("[{}]", items.collect::<Vec<_>>().join(","))
 }
@@ -153,8 +155,14 @@ fn assumptions<M: SimulationModel>() -> String {
             AssumptionKind::Weld => "weld",
             _ => "other",
         };
-        let of = assumption.of.join(", ");
-        format!("{{\"kind\":{},\"text\":{},\"constant\":{}}}", json(kind), json(&of), assumption.constant)
+        let (of, text) = (assumption.of.join(", "), assumption.to_string());
+        let constant = assumption.constant;
+        format!(
+            "{{\"kind\":{},\"of\":{},\"constant\":{constant},\"text\":{}}}",
+            json(kind),
+            json(&of),
+            json(&text)
+        )
     });
     format!("[{}]", items.collect::<Vec<_>>().join(","))
 }

@@ -3,12 +3,20 @@
 use dynamics_view::scripts;
 
 /// What computes, in the order in which it has to be read. It knows nothing of pages.
-const MOTION: [&str; 8] = [
+const MOTION: [&str; 16] = [
     include_str!("motion/numbers.js"),
     include_str!("motion/methods.js"),
     include_str!("motion/linear.js"),
+    include_str!("motion/words.js"),
     include_str!("motion/system.js"),
+    include_str!("motion/rank.js"),
+    include_str!("motion/friction.js"),
+    include_str!("motion/impact.js"),
     include_str!("motion/constraints.js"),
+    include_str!("motion/crossing.js"),
+    include_str!("motion/midpoint.js"),
+    include_str!("motion/step_size.js"),
+    include_str!("motion/stepper.js"),
     include_str!("motion/events.js"),
     include_str!("motion/motion.js"),
     include_str!("motion/drag.js"),

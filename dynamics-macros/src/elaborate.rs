@@ -113,7 +113,7 @@ struct Elaborator<'a> {
     /// The role whose function is being elaborated, with all that it calls.
     role: Role,
     /// The picture while it is followed, with the words that only drawings have.
-    picture: Option<drawing::Followed<'a>>,
+    picture: Option<drawing::DrawingState<'a>>,
     /// Functions that some role has called.
     reached: BTreeSet<usize>,
     /// Units of the vectors that helpers have returned.

@@ -261,7 +261,7 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     programs.output_variations = fitting_output_variations(&mut model);
     // Of all nodes that are printed: series bring choices of their own.
     programs.kinks = followed(&model.graph, hazards.are_followed(&model.graph), &kinks, &of_reactions);
-    let portability = text::javascript(&model, &equations, &programs);
+    let portability = text::javascript(&mut model, &equations, &programs);
     Ok(Compiled {
         model,
         equations,

@@ -50,5 +50,5 @@ pub use model::{
     AngleSet, Assumption, AssumptionKind, Body, Constraint, ConstraintKind, Coordinate, Energy, EnergyRole,
     Event, Force, ForceTerm, FrameStep, Function, Input, Model, Output, Parameter, Speed,
 };
-pub use picture::{Extra, Figure, Figures, NamedPoint, NotFollowed, Picture, Point, Shape, Style};
+pub use picture::{DrawnPoint, Extra, Figure, Figures, NamedPoint, NotFollowed, Pen, Picture, Shape};
 pub use solution::Manifold;

@@ -16,14 +16,6 @@ use crate::file::Content;
 use clock::Clock;
 use encode::Reel;
 
-/// The painters of figures, grids and traces in the browser. Live pages use them, too.
-#[doc(hidden)]
-pub const PAINT_JS: &str = include_str!("animation/paint.js");
-
-/// The eye of pages that show something of space.
-#[doc(hidden)]
-pub const SPACE_JS: &str = include_str!("animation/space.js");
-
 /// What an [`Animation`] can show, such as the motion of a model with a drawing.
 pub trait Film {
     /// What is moving.

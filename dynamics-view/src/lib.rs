@@ -27,8 +27,6 @@ mod svg;
 pub mod text;
 mod ticks;
 
-#[doc(hidden)]
-pub use animation::{PAINT_JS, SPACE_JS};
 /// What live pages share with recorded ones: the painters of figures, and the eye in space.
 #[doc(hidden)]
 pub mod scripts {

@@ -26,14 +26,6 @@ const VANISHED_LENGTH_RATIO = 1e-8;
 const NEARBY_DISTANCE = 1e-3;
 /** Length of a vanished row, in parts of its usual length, in the distance from its constraint. */
 const VANISHED_ROW_LENGTH = 1e-4;
-/** Up to so many reactions that a force reads all patterns of their signs are tried. */
-const MAX_EXHAUSTIVE_REACTIONS = 6;
-/** Solutions that differ by less than this part of their size are the same. */
-const SAME_SOLUTION = 1e-7;
-/** Rounding error of a reaction, in parts of the sum of its terms. */
-const REACTION_ROUNDING = 16 * Number.EPSILON;
-/** Most pivots of Murty's method in an impact. */
-const MAX_SIDE_CHANGES = 256;
 
 class Constraints {
   constructor(system) {
@@ -58,6 +50,13 @@ class Constraints {
     this.redundant = flagged
       ? rows.some((row) => row.redundant)
       : !system.has("accelerations") && !system.has("friction");
+    this.is_redundant_row = this.redundant ? (row) => !flagged || rows[row].redundant === true : null;
+    this.friction = new ReactionForces(this);
+    this.margin = new RankMargin(this);
+    this.sensitivity = 0;
+    this.latest_sensitivity = 0;
+    this.noise = 0;
+    this.takes_limits = true;
     this.has_positions = system.holonomic > 0;
     this.holds = (row) => system.holds(row);
     this.all_hold = () => true;
@@ -125,7 +124,14 @@ class Constraints {
         return system.fail({ kind: "constraint_not_finite", row });
     }
     this.tolerance = this.redundant ? this.redundancy_tolerance(t, q, u, holds) : RANK_TOLERANCE;
-    const failure = this.factored.factor(this.mass, this.jacobian, holds, this.tolerance, this.usual_lengths);
+    const failure = this.factored.factor(
+      this.mass,
+      this.jacobian,
+      holds,
+      this.tolerance,
+      this.usual_lengths,
+      this.is_redundant_row,
+    );
     return failure === null ? true : system.fail(failure);
   }
 
@@ -159,7 +165,11 @@ class Constraints {
       return true;
     }
     if (!factored) return false;
-    return system.has("friction") ? this.solve_friction(t, q, u, a, l) : this.solve_for(this.force, a, l);
+    if (system.has("friction")) return this.friction.solve(t, q, u, a, l);
+    if (!this.solve_for(this.force, a, l)) return false;
+    const { m, rows } = this.factored;
+    const loses_rank = rows.rank < m && m === system.r && !this.redundant && this.takes_limits;
+    return loses_rank ? this.margin.take_limit(t, q, u, a, l) : true;
   }
 
   /** The same for given applied forces, with the equations factored. */
@@ -173,197 +183,6 @@ class Constraints {
     if (residual.norm <= Math.max(CONTRADICTION_TOLERANCE, 100 * this.tolerance) * size) return true;
     const { row, residual: missed } = residual;
     return system.fail({ kind: "contradiction", row, residual: missed, rank: factored.rows.rank });
-  }
-
-  /**
-   * Forces that depend on the reactions of the same instant: G(λ) = λ − λ₀ − S Q(λ) = 0 by Newton's method
-   * from the frictionless reactions and from every pattern of their signs. Coulomb's law need not have a
-   * solution, and may have several.
-   */
-  solve_friction(t, q, u, a, l) {
-    const { system, factored } = this,
-      { n, r } = system,
-      unit = new Float64Array(n),
-      none = new Float64Array(r);
-    const problem = {
-      t,
-      q,
-      u,
-      unforced: new Float64Array(r),
-      by_force: new Float64Array(r * n),
-      read: [],
-      force: new Float64Array(n),
-      by_multipliers: new Float64Array(n * r),
-    };
-    factored.solve(unit, this.gamma, a, problem.unforced);
-    for (let j = 0; j < n; j++) {
-      unit[j] = 1;
-      factored.solve(unit, none, a, l);
-      unit[j] = 0;
-      for (let i = 0; i < r; i++) problem.by_force[i * n + j] = l[i];
-    }
-    this.evaluate_friction(problem, none);
-    if (!all_finite(problem.force)) problem.force.set(this.force);
-    const frictionless = none.map(
-      (_, i) => problem.unforced[i] + dot(problem.by_force, i * n, problem.force, 0, n),
-    );
-    for (const signs of [[1, 1], [-1, 1], [1, -1], [-1, -1], null]) {
-      const at =
-        signs === null
-          ? frictionless
-          : frictionless.map((x, i) => signs[0] * (1 + Math.abs(x)) * (i % 2 === 0 ? 1 : signs[1]));
-      this.evaluate_friction(problem, at);
-      this.add_read_rows(problem);
-    }
-    // Which reactions Q reads may depend on them, as with a threshold: rows are added until Q settles.
-    for (let turn = 0; turn <= r; turn++) {
-      const assumed = problem.read.length === 0 ? none : this.find_reactions(problem, frictionless);
-      if (assumed === null) return false;
-      this.evaluate_friction(problem, assumed);
-      const force = problem.force.slice();
-      if (!this.solve_for(force, a, l)) return false;
-      this.evaluate_friction(problem, l);
-      const size = SAME_SOLUTION * Math.max(max_abs(force), max_abs(problem.force));
-      if (force.every((x, j) => Math.abs(x - problem.force[j]) <= size)) return true;
-      if (!this.add_read_rows(problem)) break;
-    }
-    return system.fail({ kind: "friction_unsolved", row: this.most_loaded(problem, frictionless) });
-  }
-
-  evaluate_friction({ t, q, u, force, by_multipliers }, l) {
-    const out = this.system.value("friction", t, q, u, undefined, l),
-      { n, r } = this.system;
-    for (let i = 0; i < n; i++) force[i] = out[i];
-    for (let i = 0; i < n * r; i++) by_multipliers[i] = out[n + i];
-  }
-
-  /** Adds the rows with ∂Q/∂λ ≠ 0 in the last evaluation; returns whether there were new ones. */
-  add_read_rows({ read, by_multipliers }) {
-    const { n, r } = this.system,
-      before = read.length;
-    for (let row = 0; row < r; row++) {
-      if (!this.holds(row) || read.includes(row)) continue;
-      for (let j = 0; j < n; j++) {
-        if (by_multipliers[j * r + row] !== 0) {
-          read.push(row);
-          break;
-        }
-      }
-    }
-    return read.length > before;
-  }
-
-  most_loaded({ read }, l) {
-    return read.reduce((most, row) => (Math.abs(l[row]) > Math.abs(l[most]) ? row : most), read[0] ?? 0);
-  }
-
-  /** The reactions that fulfil the equations with friction; `null` where there are none, or several. */
-  find_reactions(problem, frictionless) {
-    const { system, factored } = this,
-      { read } = problem,
-      row = this.most_loaded(problem, frictionless);
-    const undecided = read.find((own) => !factored.is_unique(own));
-    if (undecided !== undefined) {
-      system.fail({ kind: "reaction_not_unique", row: undecided });
-      return null;
-    }
-    const patterns = 1 << Math.min(read.length, MAX_EXHAUSTIVE_REACTIONS),
-      largest = max_abs(frictionless);
-    const found = { first: null, negative: false, count: 0 };
-    const record = (solution) => {
-      if (solution === null) return;
-      const { l, negative } = solution,
-        size = SAME_SOLUTION * Math.max(...read.map((i) => Math.abs(l[i])), 1e-300);
-      if (found.first === null) Object.assign(found, { first: l, negative, count: 1 });
-      else if (read.every((i) => Math.abs(l[i] - found.first[i]) <= size)) found.negative &&= negative;
-      else found.count = 2;
-    };
-    for (let pattern = 0; pattern <= patterns && found.count < 2; pattern++) {
-      const start = frictionless.slice();
-      for (let i = 0; pattern > 0 && i < read.length; i++) {
-        const size = Math.max(Math.abs(start[read[i]]), 1e-3 * largest, Number.MIN_VALUE);
-        start[read[i]] = ((pattern - 1) >> (i % MAX_EXHAUSTIVE_REACTIONS)) & 1 ? -size : size;
-      }
-      record(this.newton_friction(problem, start));
-    }
-    if (found.count === 0) {
-      // Laws that are not linear in the reactions: damped steps from the frictionless ones.
-      for (const relaxation of [1, 0.5, 0.1]) {
-        const near = this.relax_friction(problem, frictionless.slice(), relaxation);
-        if (near !== null) record(this.newton_friction(problem, near));
-        if (found.count > 0) break;
-      }
-    }
-    if (found.count === 1 && !found.negative) return found.first;
-    system.fail({ kind: "friction", row, solutions: found.count });
-    return null;
-  }
-
-  /** λ₀ + S Q(λ) − λ of the rows that are read, and Newton's matrix; false where it is not finite. */
-  friction_residual(problem, l, right, matrix) {
-    const { n, r } = this.system,
-      { read, by_force, by_multipliers, unforced, force } = problem,
-      k = read.length;
-    this.evaluate_friction(problem, l);
-    for (let i = 0; i < k; i++) {
-      const influence = read[i] * n;
-      right[i] = unforced[read[i]] + dot(by_force, influence, force, 0, n) - l[read[i]];
-      for (let j = 0; j < k; j++) {
-        let by = 0;
-        for (let x = 0; x < n; x++) by += by_force[influence + x] * by_multipliers[x * r + read[j]];
-        matrix[i * k + j] = (i === j ? 1 : 0) - by;
-      }
-    }
-    return all_finite(right);
-  }
-
-  newton_friction(problem, l) {
-    const { n } = this.system,
-      { read, by_force, unforced, force } = problem,
-      k = read.length;
-    const right = new Float64Array(k),
-      matrix = new Float64Array(k * k),
-      step = new Float64Array(k);
-    for (let turn = 0; turn < MAX_NEWTON_STEPS; turn++) {
-      if (!this.friction_residual(problem, l, right, matrix)) return null;
-      const largest = Math.max(...read.map((row) => Math.abs(l[row])));
-      const rounding =
-        REACTION_ROUNDING *
-        Math.max(
-          ...read.map((row) => {
-            let terms = Math.abs(unforced[row]);
-            for (let j = 0; j < n; j++) terms += Math.abs(by_force[row * n + j] * force[j]);
-            return terms;
-          }),
-        );
-      const lu = factor_lu(matrix, k),
-        residual = max_abs(right);
-      if (residual <= Math.max(rounding, 1e-13 * largest)) return { l, negative: lu.negative };
-      if (!(lu.least > 1e-14)) return null;
-      solve_lu(matrix, k, lu, right, step);
-      for (let i = 0; i < k; i++) l[read[i]] += step[i];
-      if (
-        max_abs(step) <= Math.max(rounding, 1e-15 * largest) &&
-        residual <= SAME_SOLUTION * Math.max(rounding / REACTION_ROUNDING, largest)
-      ) {
-        return { l, negative: lu.negative };
-      }
-    }
-    return null;
-  }
-
-  /** The limit of λ ← λ + ω (λ₀ + S Q(λ) − λ), near enough for Newton's method. */
-  relax_friction(problem, l, relaxation) {
-    const { read } = problem,
-      k = read.length,
-      right = new Float64Array(k),
-      matrix = new Float64Array(k * k);
-    for (let turn = 0; turn < 100; turn++) {
-      if (!this.friction_residual(problem, l, right, matrix)) return null;
-      if (norm(right) <= 1e-6 * Math.max(...read.map((row) => Math.abs(l[row])))) return l;
-      for (let i = 0; i < k; i++) l[read[i]] += relaxation * right[i];
-    }
-    return null;
   }
 
   // ---- corrections and projection
@@ -400,6 +219,8 @@ class Constraints {
       return true;
     }
     if (!factored) return false;
+    // A state on the constraints fulfils all rows, redundant ones included.
+    this.factored.rows.has_redundant_rows = false;
     this.force.fill(0);
     this.factored.solve(this.force, right, delta, impulses);
     return true;
@@ -479,15 +300,40 @@ class Constraints {
   project(t, q, u) {
     this.sensitivity = 0;
     if (!this.project_positions(t, q, u) || !this.project_velocities(t, q, u)) return false;
-    const { sensitivity } = this;
-    this.noise = 0;
-    if (sensitivity > 0 && Number.isFinite(sensitivity)) {
-      if (this.mean_sensitivity === 0) this.mean_sensitivity = sensitivity;
-      this.latest_sensitivity = sensitivity;
-      const amplified = Math.max(sensitivity / this.mean_sensitivity, 1);
-      this.noise = Number.EPSILON * (1 + max_abs(q)) * amplified * (1 + amplified * max_abs(u));
-    }
+    this.latest_sensitivity =
+      this.sensitivity > 0 && Number.isFinite(this.sensitivity) ? this.sensitivity : 0;
+    this.noise = this.projection_noise(q, u);
     return true;
+  }
+
+  /**
+   * Φ is known to ε(1 + |q|). Where corrections are A times as large as in the mean, positions are wrong by A times
+   * that along the direction that is nearly lost, and velocities by A²|q̇| times that.
+   */
+  projection_noise(q, u) {
+    const { sensitivity } = this;
+    if (!(sensitivity > 0 && Number.isFinite(sensitivity))) return 0;
+    if (this.mean_sensitivity === 0) this.mean_sensitivity = sensitivity;
+    const amplified = Math.max(sensitivity / this.mean_sensitivity, 1);
+    return Number.EPSILON * (1 + max_abs(q)) * amplified * (1 + amplified * max_abs(u));
+  }
+
+  /**
+   * Projects a state between the ends of a step, unless rounding would change its velocities by more than the
+   * projection does and than the tolerance permits.
+   */
+  project_between(t, q, u, { absolute, relative }) {
+    const new_q = q.slice(),
+      new_u = u.slice();
+    this.sensitivity = 0;
+    if (!this.project_positions(t, new_q, new_u) || !this.project_velocities(t, new_q, new_u)) return;
+    if (this.sensitivity === 0) return;
+    let change = absolute + relative * max_abs(new_u);
+    for (let i = 0; i < u.length; i++) change = max(change, Math.abs(new_u[i] - u[i]));
+    if (this.projection_noise(new_q, new_u) <= change) {
+      q.set(new_q);
+      u.set(new_u);
+    }
   }
 
   /** A step was accepted: its sensitivity joins the mean. */
@@ -572,89 +418,5 @@ class Constraints {
       }
     }
     return worst;
-  }
-
-  // ---- impacts
-
-  /**
-   * Changes the velocities by an impact on the rows `hits`, [{ row, restitution, side }], by Poisson's
-   * hypothesis in two phases. `side` is ±1 for contacts, whose impulse only pushes, and 0 for other rows.
-   * Rows that hold and are not hit keep holding. Returns false where no impulses fulfil the conditions.
-   */
-  impact(t, q, u, hits) {
-    const { system } = this,
-      { n, r } = system,
-      total = new Float64Array(r),
-      after = u.slice();
-    const hit_of = new Int32Array(r).fill(-1),
-      open = new Set();
-    hits.forEach(({ row }, i) => (hit_of[row] = i));
-    let restoring = false;
-    const acts = (row) => {
-      const hit = hit_of[row];
-      if (hit < 0) return system.holds(row);
-      const { side, restitution } = hits[hit];
-      return !open.has(hit) && !(restoring && side === 0 && restitution !== 0);
-    };
-    const compress = () => {
-      const before = system.value("velocity_residual", t, q, after).slice(),
-        right = new Float64Array(r);
-      const delta = new Float64Array(n),
-        impulses = new Float64Array(r),
-        next = new Float64Array(n);
-      open.clear();
-      hits.forEach(({ side, row }, i) => side !== 0 && side * before[row] >= 0 && open.add(i));
-      for (let turn = 0; turn < MAX_SIDE_CHANGES; turn++) {
-        for (let row = 0; row < r; row++) right[row] = acts(row) ? -before[row] : 0;
-        if (!this.correct_rows(t, q, after, right, delta, impulses, acts)) return false;
-        for (let i = 0; i < n; i++) next[i] = after[i] + delta[i];
-        const rates = system.value("velocity_residual", t, q, next),
-          size = max_abs(rates) + max_abs(before);
-        const wrong = hits.findIndex(
-          ({ side, row }, i) =>
-            side !== 0 && (open.has(i) ? side * rates[row] < -1e-12 * size : side * impulses[row] < 0),
-        );
-        if (wrong >= 0) {
-          if (!open.delete(wrong)) open.add(wrong);
-          continue;
-        }
-        after.set(next);
-        for (let row = 0; row < r; row++) total[row] += impulses[row];
-        return true;
-      }
-      return system.fail({ kind: "impact_undecided", row: hits[0].row });
-    };
-    if (!compress()) return false;
-    if (hits.some(({ restitution }) => restitution !== 0)) {
-      restoring = true;
-      const returned = new Float64Array(r),
-        delta = new Float64Array(n),
-        impulses = new Float64Array(r);
-      hits.forEach(({ row, restitution }) => (returned[row] = restitution * total[row]));
-      const held = (row) => {
-        const hit = hit_of[row];
-        return hit < 0 ? system.holds(row) : hits[hit].side === 0 && hits[hit].restitution === 0;
-      };
-      const factored = this.factor(t, q, after, held);
-      if (!factored)
-        return factored === undefined ? system.fail({ kind: "impact_undecided", row: hits[0].row }) : false;
-      this.force.fill(0);
-      this.evaluate_jacobian_force(returned);
-      this.factored.solve(this.force, new Float64Array(r), delta, impulses);
-      for (let i = 0; i < n; i++) after[i] += delta[i];
-      for (let row = 0; row < r; row++) total[row] += returned[row] + impulses[row];
-      if (!compress()) return false;
-    }
-    u.set(after);
-    this.total_impulses = total;
-    return true;
-  }
-
-  /** Φ_qᵀ Λ, into `force`. */
-  evaluate_jacobian_force(impulses) {
-    const { n, r } = this.system;
-    for (let row = 0; row < r; row++) {
-      for (let j = 0; j < n; j++) this.force[j] += impulses[row] * this.jacobian[row * n + j];
-    }
   }
 }

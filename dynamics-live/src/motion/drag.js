@@ -45,18 +45,24 @@ function jacobian_of_point(motion, point, t, q) {
   return jacobian;
 }
 
+/** Mᵢᵢ of the coordinates. Where M is not printed, T tells it: it is quadratic in each velocity. */
+function inertias(motion, t, q) {
+  const { n, system, u } = motion, mass = system.value("mass_matrix", t, q, u) ?? system.value("terms", t, q, u);
+  if (mass !== null) return Float64Array.from({ length: n }, (_, i) => Math.abs(mass[i * n + i]));
+  const unit = new Float64Array(n), energy = (i, rate) => {
+    unit[i] = rate;
+    const value = system.value("kinetic_energy", t, q, unit)?.[0] ?? 0;
+    unit[i] = 0;
+    return value;
+  };
+  return Float64Array.from({ length: n }, (_, i) => Math.abs(energy(i, 1) + energy(i, -1) - 2 * energy(i, 0)));
+}
+
 /** 1/√Mᵢᵢ of the coordinates; those without inertia get the largest of the others, or 1. */
 function inertia_scales(motion, t, q) {
-  const { n, system, u } = motion,
-    scale = new Float64Array(n);
-  const mass = system.value("mass_matrix", t, q, u) ?? system.value("terms", t, q, u);
-  let largest = 0;
-  for (let i = 0; i < n; i++) {
-    const inertia = mass === null ? 1 : Math.abs(mass[i * n + i]);
-    scale[i] = inertia > 0 && Number.isFinite(inertia) ? 1 / Math.sqrt(inertia) : 0;
-    largest = Math.max(largest, scale[i]);
-  }
-  return scale.map((s) => (s > 0 ? s : largest || 1));
+  const scale = inertias(motion, t, q).map((x) => (x > 0 && Number.isFinite(x) ? 1 / Math.sqrt(x) : 0));
+  const largest = max_abs(scale) || 1;
+  return scale.map((s) => (s > 0 ? s : largest));
 }
 
 /**

@@ -464,7 +464,7 @@ class EventLocator {
       restitution: at_rest ? 0 : es[i],
       side: at_rest ? 0 : 1,
     }));
-    if (!constraints.impact(t, q, u, list)) return false;
+    if (!impact(constraints, t, q, u, list)) return false;
     const after = system.value("velocity_residual", t, q, u).slice(),
       jacobian = system.value("jacobian", t, q, u);
     const fastest = Math.max(...hits.map((one) => Math.abs(rates[one.row])));

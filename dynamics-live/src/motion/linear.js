@@ -10,6 +10,10 @@
 
 /** A row repeats others where its distance from their span is below this part of its length. */
 const RANK_TOLERANCE = 1e-8;
+/** A row that may repeat others is chosen before them if its length times this is larger than theirs. */
+const REDUNDANT_ROW_WEIGHT = 0.5;
+/** Rows that may repeat others come last only where the lengths of all rows differ by less than this factor. */
+const COMPARABLE_LENGTHS = 30;
 /** A pivot of M below this part of its diagonal element is rounding. */
 const PIVOT_TOLERANCE = 1e-13;
 /** A light coordinate that outweighs the others of its rows by more is scaled down to this factor, ... */
@@ -92,26 +96,44 @@ class Orthogonal {
     this.r = 0;
   }
 
-  /** Decomposes r rows of about equal length; a pivot below `tolerance` times the first counts as zero. */
-  decompose(a, r, tolerance) {
+  /**
+   * Decomposes r rows of about equal length; a pivot below `tolerance` times the first counts as zero. Rows for
+   * which `redundant(row)` are chosen last, so that the same rows lead from one state to the next.
+   */
+  decompose(a, r, tolerance, redundant = null) {
     this.a = a;
     this.r = r;
     this.rank = 0;
-    for (let i = 0; i < r; i++) this.order[i] = i;
-    this.reduce_left(tolerance);
+    this.has_redundant_rows = false;
+    for (let i = 0; i < r; i++) {
+      this.order[i] = i;
+      if (redundant !== null && redundant(i)) this.has_redundant_rows = true;
+    }
+    this.reduce_left(tolerance, redundant);
     if (this.rank < r) this.reduce_right();
   }
 
-  reduce_left(tolerance) {
+  /** The longest of the rows that are left, and its length, of those that may repeat others or of the rest. */
+  longest(redundant, repeating) {
+    const { a, n, r, rank: k, order } = this;
+    let [row, size] = [k, 0];
+    for (let i = k; i < r; i++) {
+      if (this.has_redundant_rows && redundant(order[i]) !== repeating) continue;
+      const length = norm(a, i * n + k, (i + 1) * n);
+      if (length > size) [row, size] = [i, length];
+    }
+    return [row, size];
+  }
+
+  reduce_left(tolerance, redundant) {
     const { a, n, r, tau, order } = this;
     let first = 0;
     while (this.rank < Math.min(r, n)) {
       const k = this.rank;
-      let row = k,
-        size = 0;
-      for (let i = k; i < r; i++) {
-        const length = norm(a, i * n + k, (i + 1) * n);
-        if (length > size) [row, size] = [i, length];
+      let [row, size] = this.longest(redundant, false);
+      if (this.has_redundant_rows) {
+        const instead = this.longest(redundant, true);
+        if (REDUNDANT_ROW_WEIGHT * instead[1] > size || size <= tolerance * first) [row, size] = instead;
       }
       if (k === 0) first = size;
       if (!(size > tolerance * first)) break;
@@ -166,9 +188,11 @@ class Orthogonal {
   fit(b, y) {
     const { a, n, r, c, tau_right, rank: k, order, w } = this;
     for (let p = 0; p < r; p++) w[p] = b[order[p]];
-    if (k === r) {
+    if (k === r || this.has_redundant_rows) {
+      // The chosen rows are fulfilled exactly; a weighting would change from one state to the next.
       for (let i = 0; i < k; i++) y[i] = (w[i] - dot(a, i * n, y, 0, i)) / a[i * n + i];
       b.fill(0);
+      for (let p = k; p < r; p++) b[order[p]] = w[p] - dot(a, p * n, y, 0, k);
       return;
     }
     for (let i = 0; i < k; i++) reflect(c, i * r + i, tau_right[i], w, i, r - i);
@@ -238,7 +262,7 @@ class FactoredSystem {
    * Factors M and the rows of Φ_q for which `holds(row)`. `usual_lengths`: lengths of rows that are zero here.
    * Returns null, or why it cannot be done.
    */
-  factor(mass, jacobian, holds, tolerance, usual_lengths) {
+  factor(mass, jacobian, holds, tolerance, usual_lengths, redundant = null) {
     const { n, r, active, scale, weight, rows } = this,
       own = this.jacobian,
       m = this.mass;
@@ -254,17 +278,20 @@ class FactoredSystem {
     }
     this.scale_coordinates(mass);
     const largest = max_abs(scale);
+    let [shortest, longest] = [Infinity, 0];
     for (let i = 0; i < this.m; i++) {
       for (let j = 0; j < n; j++) own[i * n + j] *= scale[j];
       const length = norm(own, i * n, (i + 1) * n),
         usual = usual_lengths[active[i]] * largest;
+      if (length > 0) [shortest, longest] = [Math.min(shortest, length), Math.max(longest, length)];
       weight[i] = length > 0 ? 1 / length : usual > 0 && Number.isFinite(usual) ? 1 / usual : 1;
       for (let j = 0; j < n; j++) own[i * n + j] *= weight[i];
     }
     for (let i = 0; i < n; i++)
       for (let j = 0; j < n; j++) m[i * n + j] = scale[i] * mass[i * n + j] * scale[j];
     const inertia = max_abs(m);
-    rows.decompose(own, this.m, tolerance);
+    const comparable = redundant !== null && longest <= COMPARABLE_LENGTHS * shortest;
+    rows.decompose(own, this.m, tolerance, comparable ? (i) => redundant(active[i]) : null);
     rows.rotate_symmetric(m, this.x);
     return this.factor_free(inertia);
   }
@@ -392,6 +419,41 @@ class FactoredSystem {
     for (let i = 0; i < this.m; i++) if (this.active[i] === row) return this.rows.is_independent(i);
     return true;
   }
+}
+
+/**
+ * Singular values of a matrix of m rows by one-sided Jacobi rotations of its rows, which it overwrites.
+ * `left[j]` is the left singular vector of `sigma[j]`; they are not sorted.
+ */
+function singular_values(a, m, n) {
+  const left = Array.from({ length: m }, (_, i) =>
+    Float64Array.from({ length: m }, (_, j) => (i === j ? 1 : 0)),
+  );
+  for (let sweep = 0, turned = true; turned && sweep < 40; sweep++) {
+    turned = false;
+    for (let i = 0; i < m; i++) {
+      for (let j = i + 1; j < m; j++) {
+        const x = dot(a, i * n, a, i * n, n),
+          y = dot(a, j * n, a, j * n, n),
+          both = dot(a, i * n, a, j * n, n);
+        if (!(Math.abs(both) > 4 * Number.EPSILON * Math.sqrt(x * y))) continue;
+        turned = true;
+        const zeta = (y - x) / (2 * both),
+          tan = (zeta < 0 ? -1 : 1) / (Math.abs(zeta) + Math.hypot(1, zeta));
+        const c = 1 / Math.hypot(1, tan),
+          s = c * tan;
+        for (let k = 0; k < n; k++) {
+          const [p, q] = [a[i * n + k], a[j * n + k]];
+          [a[i * n + k], a[j * n + k]] = [c * p - s * q, s * p + c * q];
+        }
+        for (let k = 0; k < m; k++) {
+          const [p, q] = [left[i][k], left[j][k]];
+          [left[i][k], left[j][k]] = [c * p - s * q, s * p + c * q];
+        }
+      }
+    }
+  }
+  return { sigma: Float64Array.from({ length: m }, (_, i) => norm(a, i * n, (i + 1) * n)), left };
 }
 
 /**

@@ -141,7 +141,7 @@ function polynomial(c, d, order) {
 function piecewise({ knots, coefficients, outside }) {
   const last = knots.length - 1,
     period = knots[last] - knots[0];
-  return (x, order) => {
+  const derivative = (x, order) => {
     if (outside === "periodic") x -= period * Math.floor((x - knots[0]) / period);
     if (x < knots[0] || x > knots[last]) {
       if (outside !== "linear") return NaN;
@@ -162,6 +162,8 @@ function piecewise({ knots, coefficients, outside }) {
     }
     return polynomial(coefficients[low], x - knots[low], order);
   };
+  derivative.domain = [knots[0], knots[last]];
+  return derivative;
 }
 
 /** A number as Rust's `{:e}` has it. */

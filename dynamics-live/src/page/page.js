@@ -197,7 +197,7 @@ const probe = {
       if (this.next < shadow.t) shadow.at(this.next, y);
       else { y.set(shadow.q); y.set(shadow.u, N); }
       for (let i = 0; i < 2 * N; i++) { this.lo[i] = Math.min(this.lo[i], y[i]); this.hi[i] = Math.max(this.hi[i], y[i]); }
-      if (picture.program) picture.include(picture.evaluate(this.next, y, shadow));
+      if (picture.program) picture.include(picture.sample(this.next, y, shadow));
       this.next += player.pace / 30;
     }
     this.spent += performance.now() - began;

@@ -2,56 +2,92 @@
 "use strict";
 const DIMENSION = MODEL.space ? 3 : 2;
 const MOST_TRACED = 6;   // of more points only the last of each function has a trace
-const KINDS = { polyline: "line" };
 const OWN_COLOR = {
-  disc: "accent", dot: "accent", trace: "accent", cuboid: "accent", cone: "accent", ground: "faint", pivot: "faint",
+  disc: "accent", dot: "accent", trace: "accent", cuboid: "accent", cone: "accent", ground: "faint",
+  pivot: "faint",
 };
+// The figures that the program `drawing` gives the numbers of, or undefined.
+const DRAWN = PROGRAMS.drawing && (PROGRAMS.drawing.figures ?? PROGRAMS.figures);
+// Numbers that pictures read behind the parameters of the model: "running", the number that a curve runs
+// over, or ["start", f] and ["end", f], the ends of a smooth function.
+const EXTRAS = PROGRAMS.drawing?.extras ?? PROGRAMS.extras ?? [];
+const EXTENDED = new Float64Array(MODEL.parameters.length + EXTRAS.length);
+EXTRAS.forEach(([end, index], k) => {
+  const knots = MODEL.functions[index]?.knots;
+  if (knots) EXTENDED[MODEL.parameters.length + k] = knots[end === "start" ? 0 : knots.length - 1];
+});
+// Parameters of a motion, with those numbers behind them.
+function extended(p) {
+  EXTENDED.set(p);
+  return EXTENDED;
+}
 
-// A figure of the painters from one as the macro prints it: [kind, places of its numbers in the program's
-// results, { c, f, w, d } (colour, fill, width, dashed), { n, z, b, s, name, text, filled }]. A pair in
-// place of a number, [first, count], stands for `count` numbers one after another.
-function figureOf([kind, offsets, style = {}, extra = {}]) {
-  const at = offsets.flatMap((o) => (Array.isArray(o) ? Array.from({ length: o[1] }, (_, k) => o[0] + k) : [o]));
-  const k = kind === "circle" && extra.filled ? "disc" : KINDS[kind] ?? kind;
-  const dimension = extra.dimension ?? DIMENSION;
-  const figure = { ...style, ...extra, k };
-  if (!figure.c || figure.c === "auto") figure.c = OWN_COLOR[k] ?? "ink";
-  if (k === "line") figure.n ??= at.length / dimension;
-  const numbers = at.length - (numbersAfterPoints[k] ?? 0);
-  return { figure, at, words: extra.text ?? "", dimension: numbers / pointsOf(figure) };
+// A figure of the painters from one as the macro prints it: [kind, offsets, style, extra].
+//
+// `kind` is that of `Figure` in lower case. `offsets` are the places of its numbers in the results of
+// `drawing`, in the order of `Shape::numbers`; [first, count] stands for `count` places one after another.
+// `style` is { color, fill, width, dashed }, each where it is not usual. `extra` is { dimension, closed,
+// filled, coils, text, beside, name }; `seconds: true` where a trace has its length as a number, `shown: true`
+// where the last number says whether the figure is drawn. A curve has { segments, point }: the program of a
+// point, with the running number as one more parameter.
+function figureOf([name, offsets, style = {}, extra = {}]) {
+  const run = ([first, count]) => Array.from({ length: count }, (_, k) => first + k);
+  const at = offsets.flatMap((offset) => (Array.isArray(offset) ? run(offset) : [offset]));
+  const curve = name === "curve", dimension = extra.dimension ?? DIMENSION;
+  const k = name === "circle" && extra.filled ? "disc" : name === "polyline" || curve ? "line" : name;
+  const { color = "auto", fill, width = 2, dashed } = style;
+  const figure = {
+    k, f: fill, w: width, d: dashed, z: extra.closed, b: extra.beside, name: extra.name, s: extra.tail,
+    c: color === "auto" ? OWN_COLOR[k] ?? "ink" : color,
+  };
+  const shown = extra.shown ? at.pop() : null, seconds = extra.seconds ? at.pop() : null;
+  if (k === "line") figure.n = curve ? extra.segments + 1 : at.length / dimension;
+  if (k === "spring") figure.n = extra.coils ?? 9;
+  const point = curve ? bound(extra.point) : null;
+  return { figure, at, dimension, shown, seconds, point, words: extra.text ?? "" };
+}
+// A program with a place for its constants and its results, and whether it reads q̈ or λ.
+function bound(program) {
+  return {
+    program, k: new Float64Array(program.constants ?? 0), out: new Float64Array(program.results),
+    dynamic: /\b[al]\[/.test(program.run),
+  };
 }
 
 // The picture of a model without one of its own: a chain from the origin through its points, as
 // `Drawing::of_helpers` has it; coordinates x and y alone are dots.
 function defaultFigures(points) {
-  const places = [];
+  const places = [], extra = ({ name, dimension }) => ({ name, dimension });
   let next = 0;
-  for (const { dimension } of points) { places.push(Array.from({ length: dimension }, (_, k) => next + k)); next += dimension; }
-  const dots = places.map((at) => ["dot", at]);
-  const base = (name) => name.replace(/\[\d+\]$/, ""), all = points.length <= MOST_TRACED;
-  const traces = points.map(({ name }, k) => [
-    all || !points[k + 1] || base(points[k + 1].name) !== base(name), ["trace", places[k], {}, { name }],
-  ]).filter(([wanted]) => wanted).map(([, trace]) => trace);
+  for (const { dimension } of points) {
+    places.push([[next, dimension]]);
+    next += dimension;
+  }
+  const dots = points.map((point, k) => ["dot", places[k], {}, extra(point)]);
+  const base = ({ name }) => name.replace(/\[\d+\]$/, ""), all = points.length <= MOST_TRACED;
+  const ends = (k) => all || !points[k + 1] || base(points[k + 1]) !== base(points[k]);
+  const traces = points.map((point, k) => ["trace", places[k], {}, extra(point)]).filter((_, k) => ends(k));
   if (points[0].name.includes(", ")) return [...traces, ...dots];
   // The origin: numbers that no program writes, and so are zero.
-  const origin = Array.from({ length: points[0].dimension }, (_, k) => next + k);
-  const chain = ["polyline", [...origin, ...places.flat()], {}, { dimension: points[0].dimension }];
-  return [...traces, chain, ["pivot", origin], ...dots];
+  const { dimension } = points[0], origin = [[next, dimension]];
+  const chain = ["polyline", [...origin, [0, next]], {}, { dimension }];
+  return [...traces, chain, ["pivot", origin, {}, { dimension }], ...dots];
 }
 
 // A picture without named points is taken hold of by its discs and dots.
 function pointsFromDrawing() {
-  const { drawing } = PROGRAMS, figures = drawing?.figures ?? PROGRAMS.figures;
-  if (PROGRAMS.points || !figures) return;
-  const held = figures.map(figureOf).filter(({ figure }) => figure.k === "disc" || figure.k === "dot");
+  const { drawing } = PROGRAMS;
+  if (PROGRAMS.points || !DRAWN) return;
+  const held = DRAWN.map(figureOf).filter(({ figure }) => figure.k === "disc" || figure.k === "dot");
   const at = held.flatMap(({ at, dimension }) => at.slice(0, dimension)), numbers = new Float64Array(drawing.results);
   if (!at.length) return;
   MODEL.points = held.map(({ figure, dimension }, k) => ({ name: `${figure.k} ${k + 1}`, dimension }));
   PROGRAMS.points = {
     ...drawing, results: at.length, dimensions: MODEL.points.map(({ dimension }) => dimension),
-    run(...given) {
+    hoist: (p, f, k) => drawing.hoist?.(extended(p), f, k),
+    run(p, ...given) {
       const out = given.pop();
-      drawing.run(...given, numbers);
+      drawing.run(extended(p), ...given, numbers);
       at.forEach((place, k) => { out[k] = numbers[place]; });
     },
   };
@@ -64,12 +100,17 @@ class Picture {
     this.player = player;
     this.space = MODEL.space ? makeSpace({ half: [1, 1, 1], eye: MODEL.eye ?? [-Math.PI / 3, Math.PI / 7] }) : null;
     this.painter = makePaint(this.space);
-    const drawn = PROGRAMS.drawing?.figures ?? PROGRAMS.figures;
-    this.program = drawn ? "drawing" : PROGRAMS.points && MODEL.points.length ? "points" : null;
-    this.figures = (drawn ?? (this.program ? defaultFigures(MODEL.points) : [])).map(figureOf);
-    this.traces = this.figures.filter(({ figure }) => figure.k === "trace");
-    this.numbers = new Float64Array(this.program
-      ? PROGRAMS[this.program].results + DIMENSION : 0);
+    const points = PROGRAMS.points && MODEL.points.length ? MODEL.points : null;
+    const program = DRAWN ? PROGRAMS.drawing : points && PROGRAMS.points;
+    this.program = program ? bound(program) : null;
+    this.figures = (DRAWN ?? (points ? defaultFigures(points) : [])).map(figureOf);
+    this.traces = this.figures.flatMap(({ figure }, k) => (figure.k === "trace" ? [k] : []));
+    this.running = MODEL.parameters.length + EXTRAS.indexOf("running");
+    this.seen = new Float64Array(MODEL.parameters.length).fill(NaN);   // parameters of the constants
+    // The origin of a default picture stands behind the results.
+    this.numbers = new Float64Array(program ? program.results + DIMENSION : 0);
+    this.a = new Float64Array(N);
+    this.l = new Float64Array(MODEL.rows.length);
     this.middle = [0, 0, 0].slice(0, DIMENSION);
     this.half = null;
     this.box = null;
@@ -78,22 +119,53 @@ class Picture {
     player.onRecord = (instant) => this.record(instant);
   }
 
-  // The numbers of all figures at a state.
-  evaluate(t, y, motion = this.player.motion) {
-    const q = y.subarray(0, N), u = y.subarray(N);
-    this.numbers.set(motion.system.value(this.program, t, q, u));
-    return this.numbers;
-  }
-  // Numbers of a figure with points as the painters want them: in space, a point of the plane stands in the
-  // plane of x and z.
-  numbersOf({ figure, at, dimension }, out) {
-    const v = [], count = pointsOf(figure);
-    for (let k = 0; k < count; k++) {
-      const of = (axis) => out[at[k * dimension + axis]];
-      if (this.space && dimension === 2) v.push(of(0), 0, of(1));
-      else for (let axis = 0; axis < dimension; axis++) v.push(of(axis));
+  // The results of a program at a state. Constants are computed anew where parameters have changed.
+  run({ program, k, out, dynamic }, motion, t, q, u) {
+    const { system } = motion, { a, l } = this;
+    if (dynamic && !this.solved) {
+      const count = system.evaluations;
+      if (!system.accelerate(t, q, u, a, l)) { a.fill(NaN); l.fill(NaN); }
+      system.evaluations = count;
+      this.solved = true;
     }
-    for (let k = count * dimension; k < at.length; k++) v.push(out[at[k]]);
+    program.run(EXTENDED, k, system.f, t, q, u, system.w, system.m, a, l, out);
+    return out;
+  }
+  // The numbers of every figure at a state, as its painter takes them; null for one that is not drawn.
+  sample(t, y, motion = this.player.motion) {
+    const q = y.subarray(0, N), u = y.subarray(N), { program } = this.program, { p } = motion;
+    extended(p);
+    if (p.some((value, i) => value !== this.seen[i])) {
+      this.seen.set(p);
+      program.hoist?.(EXTENDED, motion.system.f, this.program.k);
+    }
+    this.solved = false;
+    this.numbers.set(this.run(this.program, motion, t, q, u));
+    return this.figures.map((item) => {
+      if (item.shown !== null && !this.numbers[item.shown]) return null;
+      const v = item.point ? this.curve(item, motion, t, q, u) : this.numbersOf(item, (k) => this.numbers[item.at[k]]);
+      return v.every(Number.isFinite) ? v : null;
+    });
+  }
+  // The points of a curve.
+  curve(item, motion, t, q, u) {
+    const [from, to] = item.at.map((k) => this.numbers[k]), { figure, point } = item, values = [];
+    for (let k = 0; k < figure.n; k++) {
+      const part = k / (figure.n - 1);
+      EXTENDED[this.running] = from * (1 - part) + to * part;
+      point.program.hoist?.(EXTENDED, motion.system.f, point.k);
+      values.push(...this.run(point, motion, t, q, u));
+    }
+    return this.numbersOf(item, (k) => values[k]);
+  }
+  // In space, a point of the plane stands in the plane of x and z.
+  numbersOf({ figure, dimension }, of) {
+    const v = [], count = pointsOf(figure), rest = numbersAfterPoints[figure.k] ?? 0;
+    for (let k = 0; k < count * dimension; k += dimension) {
+      if (this.space && dimension === 2) v.push(of(k), 0, of(k + 1));
+      else for (let axis = 0; axis < dimension; axis++) v.push(of(k + axis));
+    }
+    for (let k = 0; k < rest; k++) v.push(of(count * dimension + k));
     // The painters count angles in 1/10,000 rad.
     if (figure.k === "arc") for (const k of [1, 2]) v[v.length - k] *= 1e4;
     return v;
@@ -108,25 +180,28 @@ class Picture {
 
   record(instant) {
     if (!this.program) return;
-    const out = this.evaluate(instant.t, instant.y);
-    this.include(out);
-    instant.trace = this.traces.map((figure) => this.numbersOf(figure, out));
+    const sample = this.sample(instant.t, instant.y);
+    this.include(sample);
+    instant.trace = this.traces.map((k) => sample[k]);
   }
   // Widens the box of what has to be seen by a picture.
-  include(out) {
-    const box = (this.box ??= { lo: new Array(DIMENSION).fill(Infinity), hi: new Array(DIMENSION).fill(-Infinity) });
+  include(sample) {
+    const fill = (value) => new Array(DIMENSION).fill(value);
+    const box = (this.box ??= { lo: fill(Infinity), hi: fill(-Infinity) });
     const visit = (point, radius) => {
       if (!point.every((x) => Math.abs(x) < 1e150)) return;
-      for (let axis = 0; axis < DIMENSION; axis++) {
-        box.lo[axis] = Math.min(box.lo[axis], point[axis] - radius);
-        box.hi[axis] = Math.max(box.hi[axis], point[axis] + radius);
-      }
+      point.forEach((x, axis) => {
+        box.lo[axis] = Math.min(box.lo[axis], x - radius);
+        box.hi[axis] = Math.max(box.hi[axis], x + radius);
+      });
     };
-    for (const item of this.figures) {
-      const v = this.numbersOf(item, out), count = pointsOf(item.figure), round = /disc|circle|arc/.test(item.figure.k);
-      if (this.space) { this.space.places(item.figure, v, count, visit); continue; }
-      for (let k = 0; k < count; k++) visit(v.slice(2 * k, 2 * k + 2), round ? Math.abs(v[2 * count]) : 0);
-    }
+    this.figures.forEach(({ figure }, i) => {
+      const v = sample[i], count = pointsOf(figure);
+      if (!v) return;
+      if (this.space) { this.space.places(figure, v, count, visit); return; }
+      const radius = ["disc", "circle", "arc"].includes(figure.k) ? Math.abs(v[2]) : 0;
+      for (let k = 0; k < count; k++) visit(v.slice(2 * k, 2 * k + 2), radius);
+    });
   }
   // Forgets what was seen, so that the view closes in on a new start.
   forget() { this.box = null; }
@@ -171,27 +246,23 @@ class Picture {
     if (!this.held) this.settle();
     if (!this.half) return;
     painter.aim(this.fit(width, height), width, height);
-    const spacing = space ? painter.drawFloor(pen, this.middle, 1) : painter.drawGrid(pen, width, height, this.middle, 1);
-    this.spacing = spacing;
-    this.drawTraces(pen);
-    const out = this.evaluate(player.time(), player.now), pieces = [];
-    for (const item of this.figures) {
-      const v = this.shift(item.figure, this.numbersOf(item, out));
-      if (v.every(Number.isFinite)) pieces.push(...painter.piecesOf(item.figure, v, "blue", item.words));
-    }
-    painter.paint(pen, pieces);
+    this.spacing = space ? painter.drawFloor(pen, this.middle, 1)
+      : painter.drawGrid(pen, width, height, this.middle, 1);
+    const sample = this.sample(player.time(), player.now);
+    this.drawTraces(pen, sample);
+    painter.paint(pen, this.figures.flatMap(({ figure, words }, k) =>
+      (sample[k] ? painter.piecesOf(figure, this.shift(figure, sample[k]), "blue", words) : [])));
     this.drawGrip(pen);
   }
-  drawTraces(pen) {
-    const { player } = this, end = Math.min(Math.floor(player.head), player.last);
-    if (!this.traces.length) return;
-    const out = this.evaluate(player.time(), player.now);
-    this.traces.forEach((item, k) => {
-      const { s } = item.figure;
-      this.painter.drawTrace(pen, item.figure, "blue", {
-        at: (instant) => this.shift(item.figure, player.instant(instant).trace[k]),
-        first: player.first, end, head: this.shift(item.figure, this.numbersOf(item, out)),
-        reach: s === undefined || s === null ? null : Math.ceil(s / player.dt), perSecond: RATE * player.speed,
+  drawTraces(pen, sample) {
+    const { player } = this, nowhere = new Array(DIMENSION).fill(NaN);
+    this.traces.forEach((k, index) => {
+      const { figure, seconds } = this.figures[k], place = (v) => (v ? this.shift(figure, v) : nowhere);
+      const length = seconds === null ? figure.s : this.numbers[seconds];
+      this.painter.drawTrace(pen, figure, "blue", {
+        at: (instant) => place(player.instant(instant).trace[index]), head: place(sample[k]),
+        first: player.first, end: Math.min(Math.floor(player.head), player.last),
+        reach: length === undefined ? null : Math.ceil(length / player.dt), perSecond: RATE * player.speed,
       });
     });
   }

@@ -29,16 +29,28 @@ const energy = (motion) => motion.energies([0, 0, 0])[2];
 const CHECKS = {
   sines_are_within_one_unit_and_odd() {
     for (let i = 0; i < 20000; i++) {
-      const x = (i - 10000) * 0.7301 + i * 1e-7, s = sin_cos(x), c = cosine[0];
+      const x = (i - 10000) * 0.7301 + i * 1e-7,
+        s = sin_cos(x),
+        c = cosine[0];
       expect(Math.abs(s - Math.sin(x)) <= 2.3e-16 && Math.abs(c - Math.cos(x)) <= 2.3e-16, `sin ${x}`);
       expect(sin_cos(-x) === -s && cosine[0] === c, `parity ${x}`);
     }
     expect(Object.is(sin_cos(-0), -0) && Number.isNaN(sin_cos(Infinity)), "corners");
-    expect(min(NaN, 1) !== min(NaN, 1) && max(1, NaN) !== 1 && signum(0) === 1 && signum(-0) === -1, "corners");
+    expect(
+      min(NaN, 1) !== min(NaN, 1) && max(1, NaN) !== 1 && signum(0) === 1 && signum(-0) === -1,
+      "corners",
+    );
     expect(powf(1, NaN) === 1 && powf(-1, Infinity) === 1 && powi(2, -3) === 0.125, "powers");
   },
   pieces_have_their_derivatives() {
-    const f = piecewise({ knots: [0, 1, 3], coefficients: [[1, 2, 0, 4], [7, 14, 12, 0]], outside: "linear" });
+    const f = piecewise({
+      knots: [0, 1, 3],
+      coefficients: [
+        [1, 2, 0, 4],
+        [7, 14, 12, 0],
+      ],
+      outside: "linear",
+    });
     expect(f(0.5, 0) === 2.5 && f(0.5, 1) === 5 && f(2, 0) === 33 && f(2, 2) === 24, "inside");
     expect(f(-1, 0) === -1 && f(-1, 1) === 2 && f(4, 1) === 62 && f(4, 2) === 0, "outside");
     expect(Number.isNaN(piecewise({ knots: [0, 1], coefficients: [[1]] })(2, 0)), "no data outside");
@@ -64,7 +76,8 @@ const CHECKS = {
     }
   },
   the_double_pendulum_keeps_its_energy() {
-    const motion = started("double_pendulum", [2, 2.6], [0, 0]), before = energy(motion);
+    const motion = started("double_pendulum", [2, 2.6], [0, 0]),
+      before = energy(motion);
     expect(run(motion, "dop853", 1e-11, 20) === null, motion.reason);
     expect_near(energy(motion), before, 1e-8, "energy");
   },
@@ -77,7 +90,8 @@ const CHECKS = {
     expect(reason !== null && /grows beyond|not finite/.test(reason), `rk4: ${reason}`);
   },
   the_interpolant_is_of_order_four_in_velocities() {
-    const motion = started("oscillator", [1], [0]), out = new Float64Array(2);
+    const motion = started("oscillator", [1], [0]),
+      out = new Float64Array(2);
     while (motion.t < 5) {
       motion.step("dp5", 1e-9, 5);
       const t = 0.5 * (motion.t0 + motion.t);
@@ -88,10 +102,14 @@ const CHECKS = {
   },
   works_of_forces_close_the_account() {
     for (const method of ["dp5", "dop853", "rk4", "midpoint", "euler"]) {
-      const motion = started("oscillator", [1], [0], {}, undefined, { 1: 0.3 }), before = energy(motion);
+      const motion = started("oscillator", [1], [0], {}, undefined, { 1: 0.3 }),
+        before = energy(motion);
       run(motion, method, METHODS[method].fixed ? 1e-3 : 1e-9, 5);
       const off = energy(motion) - before - motion.work;
-      expect(Math.abs(off) < (method === "euler" ? 2e-3 : method === "midpoint" ? 1e-6 : 1e-7), `${method}: ${off}`);
+      expect(
+        Math.abs(off) < (method === "euler" ? 2e-3 : method === "midpoint" ? 1e-6 : 1e-7),
+        `${method}: ${off}`,
+      );
     }
   },
   a_singular_mass_matrix_names_its_coordinate() {
@@ -108,9 +126,16 @@ const CHECKS = {
   a_pendulum_on_a_rod_stays_on_it() {
     const polar = started("double_pendulum", [Math.PI / 2, 0], [0, 0]);
     expect(polar.q[0] > 1, "there");
-    for (const [method, accuracy] of [["dp5", 1e-9], ["dop853", 1e-9], ["rk4", 1e-3], ["midpoint", 1e-3]]) {
-      const motion = started("cartesian_pendulum", [1, 0], [0, 0]), before = energy(motion);
-      let most = 0, smallest = 0;
+    for (const [method, accuracy] of [
+      ["dp5", 1e-9],
+      ["dop853", 1e-9],
+      ["rk4", 1e-3],
+      ["midpoint", 1e-3],
+    ]) {
+      const motion = started("cartesian_pendulum", [1, 0], [0, 0]),
+        before = energy(motion);
+      let most = 0,
+        smallest = 0;
       while (motion.t < 10) {
         expect(motion.step(method, accuracy, 10), `${method}: ${motion.reason}`);
         const [at, rate] = motion.residual();
@@ -137,8 +162,13 @@ const CHECKS = {
     expect_near(Math.hypot(motion.q[0], motion.q[1]), 1.5, 1e-14, "longer rod");
   },
   redundant_rows_share_their_load() {
-    for (const [method, accuracy] of [["dp5", 1e-9], ["dop853", 1e-9], ["rk4", 2e-3]]) {
-      const motion = started("redundant_four_bar", [0.4, 0.4, 0.4], [1, 1, 1]), before = energy(motion);
+    for (const [method, accuracy] of [
+      ["dp5", 1e-9],
+      ["dop853", 1e-9],
+      ["rk4", 2e-3],
+    ]) {
+      const motion = started("redundant_four_bar", [0.4, 0.4, 0.4], [1, 1, 1]),
+        before = energy(motion);
       expect(run(motion, method, accuracy, 10) === null, `${method}: ${motion.reason}`);
       expect(motion.residual()[0] < 1e-13, "residual");
       expect_near(energy(motion), before, 1e-6, `${method}: energy`);
@@ -148,8 +178,14 @@ const CHECKS = {
     }
   },
   a_ball_bounces_as_in_the_closed_form() {
-    for (const [method, accuracy] of [["dp5", 1e-9], ["rk4", 0.013], ["dop853", 1e-6], ["euler", 1e-3]]) {
-      const motion = started("ball", [0, 5], [1, 0], {}, [1]), times = [];
+    for (const [method, accuracy] of [
+      ["dp5", 1e-9],
+      ["rk4", 0.013],
+      ["dop853", 1e-6],
+      ["euler", 1e-3],
+    ]) {
+      const motion = started("ball", [0, 5], [1, 0], {}, [1]),
+        times = [];
       const reason = run(motion, method, accuracy, 6);
       expect(reason === null, `${method}: ${reason}`);
       for (const { t, what } of motion.events) if (what === "impact") times.push(t);
@@ -164,7 +200,13 @@ const CHECKS = {
     }
   },
   an_elastic_ball_never_stops_and_a_frantic_one_does() {
-    const motion = started("ball", [0, 5], [0, 0], { contacts: [{ event: null, row: 0, restitution: 1 }] }, [1]);
+    const motion = started(
+      "ball",
+      [0, 5],
+      [0, 0],
+      { contacts: [{ event: null, row: 0, restitution: 1 }] },
+      [1],
+    );
     expect(run(motion, "dop853", 1e-9, 20) === null, motion.reason);
     expect(motion.events.length === 10, `${motion.events.length} hits`);
     expect_near(motion.q[1], 5, 1e-6, "height");
@@ -178,19 +220,26 @@ const CHECKS = {
     // It sticks to x = 0.8 at t = 4, slips as x = 0.5 + 0.3 cos τ + 0.2 sin τ until it has the belt's speed.
     const [slips, sticks] = motion.events.filter(({ what }) => what !== "event");
     expect_near(slips.t, 4, 1e-8, "breaks away");
-    const slip = 2 * (Math.PI - Math.atan2(0.3, 0.2)), again = sticks.t - slips.t;
+    const slip = 2 * (Math.PI - Math.atan2(0.3, 0.2)),
+      again = sticks.t - slips.t;
     expect_near(again, slip, 1e-7, "sticks again");
   },
   events_are_told_and_stops_stop() {
     const motion = started("oscillator", [1], [0]);
     run(motion, "dp5", 1e-9, 10);
-    expect(motion.events.length === 3 && motion.events[0].direction === -1, `${motion.events.length} crossings`);
+    expect(
+      motion.events.length === 3 && motion.events[0].direction === -1,
+      `${motion.events.length} crossings`,
+    );
     expect_near(motion.events[1].t, 1.5 * Math.PI, 1e-6, "second crossing");
     const stopping = started("oscillator", [1], [0], { stops: [0] });
     const reason = run(stopping, "rk4", 0.1, 10);
     expect(/ends at event `centre`/.test(reason), reason);
     expect_near(stopping.q[0], 0, 1e-12, "at the centre");
-    expect(!stopping.step("rk4", 0.1) && stopping.start(0, [1], [0]) === null && stopping.step("rk4", 0.1), "again");
+    expect(
+      !stopping.step("rk4", 0.1) && stopping.start(0, [1], [0]) === null && stopping.step("rk4", 0.1),
+      "again",
+    );
   },
   a_point_is_dragged_and_thrown() {
     const motion = started("double_pendulum", [0.2, 0.1], [0, 0]);
@@ -225,7 +274,10 @@ const CHECKS = {
     const [lifts, closes] = motion.events;
     // λ = g − Aω² sin ωt.
     const lift = Math.asin(0.5) / 10;
-    expect(lifts.what === "lifts off" && closes.what === "closes", motion.events.map(({ what }) => what).join());
+    expect(
+      lifts.what === "lifts off" && closes.what === "closes",
+      motion.events.map(({ what }) => what).join(),
+    );
     expect_near(lifts.t, lift, 1e-8, "lifts off");
     const gap = (t) => {
       const d = t - lift;
@@ -239,7 +291,8 @@ const CHECKS = {
     expect_near(motion.events[0].t, 1, 1e-9, "hit");
     expect_near(motion.u[1], 5 - 10 * 0.5, 1e-8, "rebound");
     expect_near(motion.u[2], 0, 1e-9, "no turn");
-    const tilted = started("bar", [0, 3, 0.3], [0, 0, 0], {}, [1, 1]), before = energy(tilted);
+    const tilted = started("bar", [0, 3, 0.3], [0, 0, 0], {}, [1, 1]),
+      before = energy(tilted);
     let last = before;
     while (tilted.t < 8) {
       expect(tilted.step("dp5", 1e-8, 8), tilted.reason);
@@ -253,11 +306,18 @@ const CHECKS = {
     tilted.drag(0, [1, 2]);
     expect_near(tilted.q[1], 2, 1e-6, "lifted");
     tilted.drag(0, [1, -3]);
-    expect(tilted.value("residual").every((gap) => gap > -1e-9), "not below the ground");
+    expect(
+      tilted.value("residual").every((gap) => gap > -1e-9),
+      "not below the ground",
+    );
   },
   a_change_point_is_passed_or_told() {
-    for (const [method, accuracy] of [["dp5", 1e-7], ["dop853", 1e-7]]) {
-      const motion = started("parallelogram", [1, 1, 0], [-1, -1, 0]), before = energy(motion);
+    for (const [method, accuracy] of [
+      ["dp5", 1e-7],
+      ["dop853", 1e-7],
+    ]) {
+      const motion = started("parallelogram", [1, 1, 0], [-1, -1, 0]),
+        before = energy(motion);
       const reason = run(motion, method, accuracy, 20);
       if (reason === null) expect_near(energy(motion), before, 1e-3, `${method}: energy`);
       else expect(/singular position/.test(reason), reason);

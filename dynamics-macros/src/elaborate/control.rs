@@ -7,9 +7,8 @@ use dynamics_symbolic::graph::{Comparison, NodeId};
 use syn::{Expr, ExprForLoop, ExprIf, ExprMatch, Lit, Pat};
 
 use super::Elaborator;
-use super::drawing::Choice;
 use super::scope::{Flow, Variable};
-use super::values::{Condition, Record, Scalar, Term, Value};
+use super::values::{Choice, Condition, Record, Scalar, Term, Value};
 use crate::diagnostics::Place;
 use crate::messages;
 

@@ -8,7 +8,6 @@
 //! This comes last, on a copy of the graph and with a collector of errors that is thrown away: a picture
 //! changes no error, no unit and no equation of its model.
 
-mod choices;
 mod closures;
 mod figures;
 mod not_followed;
@@ -30,14 +29,12 @@ use super::Elaborator;
 use super::values::{Scalar, Value};
 use crate::diagnostics::Diagnostics;
 use crate::syntax::{Function, Role};
-pub(super) use choices::Choice;
 use closures::Closure;
-pub(super) use figures::Canvas;
 pub(super) use parsed::Parsed;
 
 /// A picture that is being followed.
 #[derive(Default)]
-pub(super) struct Followed<'a> {
+pub(super) struct DrawingState<'a> {
     /// Every closure that was made so far.
     closures: Vec<Closure<'a>>,
     /// What is in the macros that were met so far, by where these are in memory.
@@ -64,7 +61,7 @@ impl<'a> Elaborator<'a> {
     pub(super) fn picture(&mut self) -> Picture {
         // The role that may read most: coordinates, inputs, accelerations and reactions.
         self.role = Role::Output;
-        self.picture = Some(Followed::default());
+        self.picture = Some(DrawingState::default());
         let points = self.named_points();
         let functions = &self.implementation.functions;
         let figures = match functions.iter().position(|f| f.role == Role::Drawing) {
@@ -80,7 +77,7 @@ impl<'a> Elaborator<'a> {
         // Lengths in pictures are numbers as one likes them: a force of 30 N may be an arrow of 3 m.
         self.dimensions.active = false;
         match self.followed_result(index) {
-            Ok(Value::Drawing(canvas)) => Figures::Of(canvas.shapes().to_vec()),
+            Ok(Value::Drawing(canvas)) => Figures::Of(canvas.shapes.clone()),
             Ok(_) => Figures::NotFollowed(not_followed::of_function(&self.implementation.functions[index])),
             Err(reason) => Figures::NotFollowed(reason),
         }

@@ -8,11 +8,10 @@ use syn::spanned::Spanned;
 use syn::{BinOp, Expr, Lit, Member, Type, UnOp};
 
 use super::Elaborator;
-use super::drawing::Choice;
 use super::integer_types::{IntegerType, TypeOf};
 use super::operators::Operator;
 use super::scope::Flow;
-use super::values::{Condition, Integer, Value};
+use super::values::{Choice, Condition, Integer, Value};
 use crate::diagnostics::Place;
 use crate::messages::{self, Message};
 

@@ -1,5 +1,7 @@
 //! What expressions of the model language evaluate to while they are elaborated.
 
+mod drawn;
+
 use std::rc::Rc;
 
 use dynamics_symbolic::check::units::UnitExpr;
@@ -7,9 +9,9 @@ use dynamics_symbolic::families::{NodeIndex, Range, Rounds};
 use dynamics_symbolic::graph::{Comparison, FunctionId, NodeId};
 use proc_macro2::Span;
 
-use super::drawing::{Canvas, Choice};
 use super::integer_types::TypeOf;
 use crate::diagnostics::Place;
+pub(super) use drawn::{Canvas, Choice};
 
 /// The unit of a value; `None`: any unit at all, as for the literal 0, or no unit is declared in the model.
 pub(super) type UnitOf = Option<Rc<UnitExpr>>;
@@ -175,7 +177,7 @@ impl Value {
                 items.iter().fold(1, |sum: usize, item| sum.saturating_add(item.size()))
             }
             Self::Force(terms) => 1 + terms.len(),
-            Self::Drawing(canvas) => 1 + canvas.shapes().len(),
+            Self::Drawing(canvas) => 1 + canvas.shapes.len(),
             Self::Record(record) => {
                 record.fields.iter().fold(1, |sum: usize, field| sum.saturating_add(field.size()))
             }

@@ -6,7 +6,7 @@ use dynamics::output::{Color, Figure as Drawn, Point as Place};
 use dynamics::prelude::*;
 use dynamics_runtime::model::{Draw, Model, ModelState, Vector};
 use dynamics_symbolic::graph::{Bindings, FunctionId, NodeId, Symbol};
-use dynamics_symbolic::mechanics::{Extra, Figure, Figures, Picture, Shape, Style};
+use dynamics_symbolic::mechanics::{Extra, Figure, Figures, Pen, Picture, Shape};
 use quote::ToTokens;
 use syn::Item;
 
@@ -271,7 +271,7 @@ impl Instant<'_> {
             Figure::Trace { name, .. } => format!("trace {name}"),
             other => other.kind().to_owned(),
         };
-        Some((format!("{words} {:?}", shape.style), numbers))
+        Some((format!("{words} {:?}", shape.pen), numbers))
     }
 }
 
@@ -310,8 +310,8 @@ fn drawn(shape: &dynamics::output::Shape) -> (String, Vec<f64>) {
         named => format!("{named:?}").to_lowercase(),
     };
     let (color, fill) = (name(shape.color), shape.fill.map(name));
-    let style = Style { color, fill, width: shape.width, dashed: shape.dashed };
-    (format!("{words} {style:?}"), numbers)
+    let pen = Pen { color, fill, width: shape.width, dashed: shape.dashed };
+    (format!("{words} {pen:?}"), numbers)
 }
 
 /// The picture of a model by its texts.

@@ -92,11 +92,11 @@ pub struct NamedPoint {
     /// The function's name, elements of arrays as `joint[3]`; of coordinates `x, y`.
     pub name: String,
     /// Where it is.
-    pub at: Point,
+    pub at: DrawnPoint,
 }
 
 /// Two coordinates in the plane (y up), or three in space (z up).
-pub type Point = Vec<NodeId>;
+pub type DrawnPoint = Vec<NodeId>;
 
 /// What is drawn: the figures of `dynamics-view`, with expressions for their numbers. Lengths are the model's.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,7 +104,7 @@ pub enum Figure {
     /// Straight lines from point to point.
     Polyline {
         /// The corners.
-        points: Vec<Point>,
+        points: Vec<DrawnPoint>,
         /// Whether the last is joined to the first.
         closed: bool,
     },
@@ -114,15 +114,15 @@ pub enum Figure {
         from: NodeId,
         /// It ends here.
         to: NodeId,
-        /// Number of straight pieces. Point k is at from·(1 − k/n) + to·(k/n).
+        /// Number of straight pieces. DrawnPoint k is at from·(1 − k/n) + to·(k/n).
         segments: usize,
         /// The point of the curve at [`Picture::running`].
-        point: Point,
+        point: DrawnPoint,
     },
     /// A circle or a disc.
     Circle {
         /// The centre.
-        center: Point,
+        center: DrawnPoint,
         /// The radius.
         radius: NodeId,
         /// Whether it is a disc.
@@ -131,7 +131,7 @@ pub enum Figure {
     /// Part of a circle of the plane.
     Arc {
         /// The centre.
-        center: Point,
+        center: DrawnPoint,
         /// The radius.
         radius: NodeId,
         /// The angle where it begins, in rad, counter-clockwise from the x-axis.
@@ -142,28 +142,28 @@ pub enum Figure {
     /// A marker of fixed size in pixels.
     Dot {
         /// The centre.
-        center: Point,
+        center: DrawnPoint,
     },
     /// A zig-zag between two points.
     Spring {
         /// One end.
-        from: Point,
+        from: DrawnPoint,
         /// The other end.
-        to: Point,
+        to: DrawnPoint,
         /// Number of coils.
         coils: u32,
     },
     /// A line with a head at `to`.
     Arrow {
         /// The tail.
-        from: Point,
+        from: DrawnPoint,
         /// The head.
-        to: Point,
+        to: DrawnPoint,
     },
     /// Words.
     Text {
         /// Where.
-        at: Point,
+        at: DrawnPoint,
         /// The words.
         text: String,
         /// Whether the words are beside the point instead of centred on it.
@@ -174,35 +174,35 @@ pub enum Figure {
         /// Identifies the point from one instant to the next.
         name: String,
         /// Where the point is now.
-        at: Point,
+        at: DrawnPoint,
         /// How far back in time the trace reaches; `None`: to the beginning.
         seconds: Option<NodeId>,
     },
     /// Solid ground.
     Ground {
         /// One end.
-        from: Point,
+        from: DrawnPoint,
         /// The other end.
-        to: Point,
+        to: DrawnPoint,
     },
     /// A support that a body turns about.
     Pivot {
         /// Where.
-        at: Point,
+        at: DrawnPoint,
     },
     /// A solid box.
     Cuboid {
         /// The middle.
-        center: Point,
+        center: DrawnPoint,
         /// The middles of three faces that share a corner.
-        faces: [Point; 3],
+        faces: [DrawnPoint; 3],
     },
     /// A solid of revolution with flat ends and a straight side.
     Cone {
         /// The middle of one end.
-        from: Point,
+        from: DrawnPoint,
         /// The middle of the other end.
-        to: Point,
+        to: DrawnPoint,
         /// The radii of both ends.
         radii: [NodeId; 2],
     },
@@ -288,7 +288,7 @@ pub struct Shape {
     /// What is drawn.
     pub figure: Figure,
     /// The pen.
-    pub style: Style,
+    pub pen: Pen,
     /// Whether it is drawn at this instant: where the value is not zero. `None`: always.
     pub shown: Option<NodeId>,
 }
@@ -303,7 +303,7 @@ impl Shape {
 
 /// A pen. Colours are names in lower case or `#rrggbb`, as pages have them; `auto` is the figure's own.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Style {
+pub struct Pen {
     /// Colour of lines, of text and of discs.
     pub color: String,
     /// Colour inside a closed figure; `None`: not filled.
@@ -314,7 +314,7 @@ pub struct Style {
     pub dashed: bool,
 }
 
-impl Default for Style {
+impl Default for Pen {
     fn default() -> Self {
         Self { color: "auto".to_owned(), fill: None, width: 2.0, dashed: false }
     }

@@ -5,16 +5,18 @@
 //! constants, smooth functions, time, coordinates, velocities, inputs, modes, accelerations, multipliers, and
 //! where the results go. All programs have the same arguments, so that a page calls them all in one way.
 
+mod picture;
+
+use crate::algebra::{Guard, Unrolled};
 use crate::compile::{ConstraintPrograms, Programs};
-use crate::graph::{Binary, Comparison, Symbol, Unary};
-use crate::mechanics::{Equations, Model};
+use crate::graph::{Binary, Comparison, Number, Symbol, Unary};
+use crate::mechanics::{Equations, Extra, Figures, Model, Solution};
 use crate::schedule::Program;
 
 use super::mathml::{Dots, symbol_mathml};
 use super::program::Line;
 use super::source::{Function, Language, element, function, literal};
 use super::target::{Level, Target, Text, comparison_sign};
-use crate::graph::Number;
 
 /// Most operations of all programs of a page together.
 const MOST_OPERATIONS: usize = 20_000;
@@ -32,7 +34,8 @@ pub struct Portability {
 
 /// The programs of a model in JavaScript.
 #[must_use]
-pub fn javascript(model: &Model, equations: &Equations, programs: &Programs) -> Portability {
+pub fn javascript(model: &mut Model, equations: &Equations, programs: &Programs) -> Portability {
+    let shown = model.picture.take().unwrap_or_default();
     let printed = Printed::of(programs);
     let operations: usize =
         printed.all().map(|program| program.hoisted_cost.total() + program.cost.total()).sum();
@@ -41,27 +44,53 @@ pub fn javascript(model: &Model, equations: &Equations, programs: &Programs) -> 
             format!("its programs take {operations} operations; a page holds at most {MOST_OPERATIONS}");
         return Portability { javascript: String::new(), symbols: symbols(model), obstacles: vec![obstacle] };
     }
-    let language = JavaScript { functions: model.functions.iter().map(|f| f.name.clone()).collect() };
+    let language = JavaScript {
+        functions: model.functions.iter().map(|f| f.name.clone()).collect(),
+        parameters: model.parameters.len() as u32,
+        extras: shown.extras.clone(),
+    };
+    let mut obstacles = Vec::new();
+    if let Figures::NotFollowed(reason) = &shown.figures {
+        obstacles.push(format!("{reason}: its page draws points"));
+    }
+    let (picture, about) = picture::picture(&language, model, shown);
     let object = |program: &Program| function(&language, model, program);
     let mut out = String::from("({\n");
-    out.push_str(&sizes(model, equations));
+    out.push_str(&sizes(model, equations, &about));
+    out.push_str(&picture);
     for (name, program) in &printed.named {
         out.push_str(&format!("{name}: {},\n", object(program)));
     }
+    let unrolled = equations.constraints.as_ref().and_then(|c| match &c.solution {
+        Solution::Unrolled(unrolled) => Some(unrolled),
+        Solution::General(_) => None,
+    });
+    out.extend(unrolled.map(|unrolled| format!("{},\n", bounds(model, unrolled))));
     if !printed.released.is_empty() {
         out.push_str("released: [\n");
         let sets = equations.constraints.iter().flat_map(|c| &c.released);
         for ((accelerations, correction), set) in printed.released.iter().zip(sets) {
             let (accelerations, correction) = (object(accelerations), object(correction));
-            let modes = &set.modes;
+            let (modes, bounds) = (&set.modes, bounds(model, &set.unrolled));
             out.push_str(&format!(
-                "{{ modes: {modes:?}, accelerations: {accelerations}, correction: {correction} }},\n"
+                "{{ modes: {modes:?}, {bounds}, accelerations: {accelerations}, correction: {correction} }},\n"
             ));
         }
         out.push_str("],\n");
     }
     out.push_str("})");
-    Portability { javascript: out, symbols: symbols(model), obstacles: Vec::new() }
+    Portability { javascript: out, symbols: symbols(model), obstacles }
+}
+
+/// The smallest admissible ratios of the pivots at the end of a solution's programs to their scales. A pivot that
+/// is a number needs no check: its bound is negative.
+fn bounds(model: &Model, unrolled: &Unrolled) -> String {
+    let of = |guards: &[Guard]| -> Vec<f64> {
+        let is_number = |guard: &Guard| model.graph.as_number(guard.pivot).is_some();
+        guards.iter().map(|guard| if is_number(guard) { -1.0 } else { guard.tolerance }).collect()
+    };
+    let (accelerations, correction) = (of(&unrolled.guards), of(&unrolled.correction_guards));
+    format!("bounds: {{ accelerations: {accelerations:?}, correction: {correction:?} }}")
 }
 
 /// The symbols of coordinates, inputs and parameters in MathML.
@@ -74,15 +103,14 @@ fn symbols(model: &Model) -> Vec<String> {
 }
 
 /// Numbers of everything, and which coordinate each pivot belongs to.
-fn sizes(model: &Model, equations: &Equations) -> String {
+fn sizes(model: &Model, equations: &Equations, about: &str) -> String {
     let rows = equations.constraints.as_ref().map_or(0, |c| c.rows.len());
     let holonomic = equations.constraints.as_ref().map_or(0, |c| c.residual.len());
     let switched = model.constraints.iter().filter(|c| c.switched).count();
     let pivots: Vec<usize> = equations.pivots.iter().map(|pivot| pivot.coordinate).collect();
-    let positive = equations.energies.is_some();
     format!(
         "sizes: {{ coordinates: {}, parameters: {}, inputs: {}, rows: {rows}, holonomic: {holonomic}, \
-         switched: {switched}, speeds: {} }},\nmodel: {{ pivots: {pivots:?}, positive: {positive} }},\n",
+         switched: {switched}, speeds: {} }},\nmodel: {{ pivots: {pivots:?}, {about} }},\n",
         model.coordinates.len(),
         model.parameters.len(),
         model.inputs.len(),
@@ -140,11 +168,24 @@ fn of_constraints(programs: &ConstraintPrograms) -> Vec<(&'static str, &Program)
 struct JavaScript {
     /// Names of the smooth functions, in order.
     functions: Vec<String>,
+    /// Number of the parameters of the model.
+    parameters: u32,
+    /// What the parameters behind them are.
+    extras: Vec<Extra>,
 }
 
 impl Target for JavaScript {
     fn symbol(&self, _model: &Model, symbol: Symbol) -> Text {
-        Text::atom(element(symbol))
+        let extra = match symbol {
+            Symbol::Parameter(i) => i.checked_sub(self.parameters).and_then(|i| self.extras.get(i as usize)),
+            _ => None,
+        };
+        Text::atom(match extra {
+            None => element(symbol),
+            Some(Extra::Running) => "s".to_owned(),
+            Some(Extra::Start(function)) => format!("f[{}].domain[0]", function.0),
+            Some(Extra::End(function)) => format!("f[{}].domain[1]", function.0),
+        })
     }
     fn smooth(&self, name: &str, order: u8, argument: &Text) -> Text {
         let index = self.functions.iter().position(|known| known == name);

@@ -7,8 +7,9 @@ use core::fmt::Write;
 
 use super::clock::Clock;
 use super::encode::{Bounds, Grid, differences};
-use super::{Animation, PAINT_JS, Recording, SPACE_JS};
+use super::{Animation, Recording};
 use crate::color::Color;
+use crate::scripts;
 use crate::text::{fill, json, json_number, typeset, with_unit, xml};
 
 /// Azimuth and elevation of the eye in degrees: x comes toward the viewer and to the right, y goes away and
@@ -29,7 +30,7 @@ impl Animation<'_> {
         let mut methods: Vec<_> = self.films.iter().map(|(film, _)| film.method()).collect();
         methods.dedup();
         let subtitle: Vec<_> = methods.iter().chain(&clock.notes).map(|part| xml(part)).collect();
-        let script = [PAINT_JS, include_str!("room.js"), include_str!("page.js")].concat();
+        let script = [scripts::PAINT, include_str!("room.js"), include_str!("page.js")].concat();
         fill(
             include_str!("page.html"),
             &[
@@ -38,7 +39,7 @@ impl Animation<'_> {
                 ("subtitle", &subtitle.join(" · ")),
                 ("summary", &self.summaries()),
                 ("data", &self.data(clock, recordings)),
-                ("space", if is_spatial(recordings) { SPACE_JS } else { "" }),
+                ("space", if is_spatial(recordings) { scripts::SPACE } else { "" }),
                 ("script", &script),
             ],
         )

@@ -4,13 +4,12 @@ use std::mem;
 use std::rc::Rc;
 
 use dynamics_symbolic::graph::{NodeId, Number, Unary};
-use dynamics_symbolic::mechanics::{Extra, Figure, Point, Shape, Style};
+use dynamics_symbolic::mechanics::{DrawnPoint, Extra, Figure, Pen, Shape};
 use syn::Ident;
 
 use super::super::Elaborator;
 use super::super::calls::Argument;
-use super::super::values::{Condition, Scalar, Value};
-use super::Choice;
+use super::super::values::{Canvas, Choice, Condition, Scalar, Value};
 use crate::messages;
 
 /// Most figures of a drawing. Each one is painted in every frame of a page.
@@ -24,26 +23,6 @@ const COILS: u32 = 9;
 
 /// Straight pieces of an arc in space.
 const PIECES_OF_ARC: usize = 48;
-
-/// A drawing: its figures so far, and its pen.
-#[derive(Clone, Debug, PartialEq)]
-pub(in super::super) struct Canvas {
-    shapes: Vec<Shape>,
-    pen: Choice<Style>,
-}
-
-impl Default for Canvas {
-    fn default() -> Self {
-        Self { shapes: Vec::new(), pen: Choice::Is(Style::default()) }
-    }
-}
-
-impl Canvas {
-    /// The figures in the order in which they are painted.
-    pub(in super::super) fn shapes(&self) -> &[Shape] {
-        &self.shapes
-    }
-}
 
 type Text = Rc<Choice<String>>;
 
@@ -78,19 +57,19 @@ impl Elaborator<'_> {
         let pen = &canvas.pen;
         let pen = match (name.to_string().as_str(), arguments) {
             ("color", [(Value::Color(color), _)]) => {
-                pen.changed(color, &|style, color| style.color.clone_from(color))
+                pen.changed(color, &|pen, color| pen.color.clone_from(color))
             }
             ("fill", [(Value::Color(color), _)]) => {
-                pen.changed(color, &|style, color| style.fill = Some(color.clone()))
+                pen.changed(color, &|pen, color| pen.fill = Some(color.clone()))
             }
             ("width", [(width, place)]) => {
                 let width = self.scalar(width.clone(), *place)?;
                 // Of a width that parameters decide nobody knows the number here.
                 let width = self.value_of(&width)?;
-                canvas.pen.changed(&Choice::Is(width), &|style, width| style.width = *width)
+                canvas.pen.changed(&Choice::Is(width), &|pen, width| pen.width = *width)
             }
-            ("dashed", []) => pen.changed(&Choice::Is(true), &|style, dashed| style.dashed = *dashed),
-            ("plain", []) => Some(Choice::Is(Style::default())),
+            ("dashed", []) => pen.changed(&Choice::Is(true), &|pen, dashed| pen.dashed = *dashed),
+            ("plain", []) => Some(Choice::Is(Pen::default())),
             _ => None,
         };
         let pen = pen?;
@@ -164,10 +143,10 @@ impl Elaborator<'_> {
         figure: &Figure,
     ) -> Option<Rc<Canvas>> {
         let pen = canvas.pen.clone();
-        for (holds, style) in pen.cases() {
+        for (holds, pen) in pen.cases() {
             let holds = condition.clone().and(holds);
             if let Some(shown) = self.shown(&holds, None) {
-                let shape = Shape { figure: figure.clone(), style: style.clone(), shown };
+                let shape = Shape { figure: figure.clone(), pen: pen.clone(), shown };
                 Rc::make_mut(&mut canvas).shapes.push(shape);
             }
         }
@@ -232,7 +211,7 @@ impl Elaborator<'_> {
     fn joined(&mut self, condition: &Condition, a: &[Shape], b: &[Shape]) -> Option<Vec<Shape>> {
         let mut all = Vec::new();
         for (a, b) in a.iter().zip(b) {
-            if a.style != b.style || a.shown != b.shown {
+            if a.pen != b.pen || a.shown != b.shown {
                 return None;
             }
             let figure = a.figure.joined(&b.figure, |x, y| self.select_node(condition, x, y))?;
@@ -287,7 +266,7 @@ impl Elaborator<'_> {
     }
 
     /// A point moved within the plane of plane figures, in space that of x and z.
-    fn offset(&mut self, point: &Point, (dx, dy): (NodeId, NodeId)) -> Point {
+    fn offset(&mut self, point: &DrawnPoint, (dx, dy): (NodeId, NodeId)) -> DrawnPoint {
         let mut moved = point.clone();
         let graph = &mut self.model.graph;
         moved[0] = graph.add(point[0], dx);
@@ -352,7 +331,7 @@ impl Elaborator<'_> {
             let point = self.library_call(record.ty, &word, arguments, *at);
             points.push(self.point(&(point, *at))?);
         }
-        let [center, x, y, z] = <[Point; 4]>::try_from(points).ok()?;
+        let [center, x, y, z] = <[DrawnPoint; 4]>::try_from(points).ok()?;
         Some(Figure::Cuboid { center, faces: [x, y, z] })
     }
 
@@ -388,7 +367,7 @@ impl Elaborator<'_> {
     /// The axes of space with their names, in a pen of their own.
     fn axes(&mut self, canvas: Rc<Canvas>, length: &Argument) -> Option<Rc<Canvas>> {
         let (length, zero) = (self.length(length)?, self.model.graph.zero());
-        let faint = Style { color: "faint".to_owned(), width: 1.0, ..Style::default() };
+        let faint = Pen { color: "faint".to_owned(), width: 1.0, ..Pen::default() };
         let mut canvas = canvas;
         let pen = mem::replace(&mut Rc::make_mut(&mut canvas).pen, Choice::Is(faint));
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use dynamics_symbolic::mechanics::{NamedPoint, Point};
+use dynamics_symbolic::mechanics::{DrawnPoint, NamedPoint};
 use syn::ext::IdentExt;
 
 use super::super::Elaborator;
@@ -14,7 +14,7 @@ use crate::syntax::{Declaration, Quantity, Role, UnitText};
 
 impl<'a> Elaborator<'a> {
     /// What converts into a point of a drawing: a vector, or two or three numbers.
-    pub(super) fn point(&mut self, (value, at): &Argument) -> Option<Point> {
+    pub(super) fn point(&mut self, (value, at): &Argument) -> Option<DrawnPoint> {
         let vector = match value {
             Value::Array(items) if (2..=3).contains(&items.len()) => {
                 self.vector_of(items.iter().map(|item| (item.clone(), *at)).collect())
@@ -32,7 +32,7 @@ impl<'a> Elaborator<'a> {
     }
 
     /// Some points.
-    pub(super) fn points(&mut self, (value, at): &Argument) -> Option<Vec<Point>> {
+    pub(super) fn points(&mut self, (value, at): &Argument) -> Option<Vec<DrawnPoint>> {
         match value {
             Value::Array(items) | Value::Sequence(items) => {
                 items.iter().map(|item| self.point(&(item.clone(), *at))).collect()
@@ -112,7 +112,7 @@ impl<'a> Elaborator<'a> {
 }
 
 /// The places in a vector or in an array of them.
-fn places(value: &Value, found: &mut Vec<Point>) {
+fn places(value: &Value, found: &mut Vec<DrawnPoint>) {
     match value {
         Value::Vector(v) => found.push(v.iter().map(|x| x.node).collect()),
         Value::Array(items) => items.iter().for_each(|item| places(item, found)),

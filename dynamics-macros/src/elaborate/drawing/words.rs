@@ -8,8 +8,7 @@ use syn::{Expr, ExprCall, ExprMethodCall, ExprPath, Ident, Lit, Macro, Token};
 
 use super::super::Elaborator;
 use super::super::calls::Argument;
-use super::super::values::Value;
-use super::Choice;
+use super::super::values::{Choice, Value};
 use crate::diagnostics::Place;
 use crate::messages;
 

@@ -1,10 +1,26 @@
-//! What a condition chooses in a drawing: colours, texts and pens. It has no expression: every case becomes a
-//! figure of its own, which is shown where its condition holds.
+//! Values of drawings: the figures so far with their pen, and what a condition chooses among colours, texts and
+//! pens. Such a choice has no expression: every case becomes a figure of its own, which is shown where its
+//! condition holds.
 
-use super::super::values::Condition;
+use dynamics_symbolic::mechanics::{Pen, Shape};
+
+use super::Condition;
 
 /// Most cases of one pen or text. More are no picture that somebody wrote.
 const MOST_CASES: usize = 16;
+
+/// A drawing: its figures so far, and its pen.
+#[derive(Clone, Debug, PartialEq)]
+pub(in super::super) struct Canvas {
+    pub(in super::super) shapes: Vec<Shape>,
+    pub(in super::super) pen: Choice<Pen>,
+}
+
+impl Default for Canvas {
+    fn default() -> Self {
+        Self { shapes: Vec::new(), pen: Choice::Is(Pen::default()) }
+    }
+}
 
 /// A value, or several of which a condition chooses one.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +42,7 @@ impl<T: Clone + PartialEq> Choice<T> {
     }
 
     /// All values, each with the condition under which it is chosen.
-    pub(super) fn cases(&self) -> Vec<(Condition, &T)> {
+    pub(in super::super) fn cases(&self) -> Vec<(Condition, &T)> {
         match self {
             Self::Is(value) => vec![(Condition::Known(true), value)],
             Self::If(condition, then, otherwise) => {
@@ -41,7 +57,7 @@ impl<T: Clone + PartialEq> Choice<T> {
     }
 
     /// Every value changed, by every case of `by`; `None` where there are too many cases.
-    pub(super) fn changed<U: Clone + PartialEq>(
+    pub(in super::super) fn changed<U: Clone + PartialEq>(
         &self,
         by: &Choice<U>,
         change: &impl Fn(&mut T, &U),

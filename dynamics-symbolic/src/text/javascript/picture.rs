@@ -1,0 +1,185 @@
+//! The picture of a model in JavaScript: a program for the numbers of its figures, and what the figures are.
+//!
+//! The program writes the numbers of all figures one after the other, as [`Shape::numbers`] has them. The
+//! points of curves follow behind them, each curve in a loop.
+
+use std::mem;
+
+use crate::graph::NodeId;
+use crate::mechanics::{Figure, Figures, Model, NamedPoint, Picture, Shape, Style};
+use crate::schedule::{Program, Staging, schedule};
+
+use super::super::program::{self, lines};
+use super::JavaScript;
+
+/// How programs of pictures are written: those of curves stand in a loop of their own.
+const STYLE: program::Style<'_> = program::Style { inline: 72, inline_angle: 0, prefixes: ["c", "v"] };
+
+/// The programs `points` and `drawing`, the list `figures`, and what the page knows of them: members of the
+/// object of all programs, and members of its `model`.
+pub(super) fn picture(language: &JavaScript, model: &mut Model, picture: Picture) -> (String, String) {
+    let Picture { graph, figures, points, .. } = picture;
+    // The picture has expressions of its own.
+    let declared = mem::replace(&mut model.graph, graph);
+    let mut programs = points_program(language, model, &points);
+    let mut in_space = points.iter().any(|point| point.at.len() == 3);
+    if let Figures::Of(shapes) = &figures {
+        programs.push_str(&drawing(language, model, shapes));
+        in_space = shapes.iter().any(|shape| is_spatial(&shape.figure));
+    }
+    model.graph = declared;
+    let named = points.iter().map(|NamedPoint { name, at }| {
+        format!("{{ name: {}, dimension: {} }}", quoted(name), at.len())
+    });
+    let about = format!("space: {in_space}, points: [{}]", named.collect::<Vec<_>>().join(", "));
+    (programs, about)
+}
+
+fn points_program(language: &JavaScript, model: &Model, points: &[NamedPoint]) -> String {
+    let all: Vec<NodeId> = points.iter().flat_map(|point| point.at.iter().copied()).collect();
+    if all.is_empty() {
+        return String::new();
+    }
+    let program = schedule(&model.graph, "points", &all, Staging::Inline);
+    format!("points: {},\n", super::function(language, model, &program))
+}
+
+fn drawing(language: &JavaScript, model: &Model, shapes: &[Shape]) -> String {
+    let numbers: Vec<NodeId> = shapes.iter().flat_map(Shape::numbers).collect();
+    let program = schedule(&model.graph, "drawing", &numbers, Staging::Inline);
+    let mut body = statements(language, model, &program, "out", "  ", |i| i.to_string());
+    let (mut figures, mut next, mut end) = (Vec::new(), 0, numbers.len());
+    for shape in shapes {
+        let count = shape.figure.numbers().len();
+        let own = match &shape.figure {
+            Figure::Curve { segments, point, .. } => {
+                body.push_str(&curve(language, model, point, *segments, [next, end]));
+                let first = end;
+                end += (segments + 1) * point.len();
+                [first, (segments + 1) * point.len()]
+            }
+            Figure::Trace { at, .. } => [next, at.len()],
+            _ => [next, count],
+        };
+        figures.push(figure(shape, own, next + count));
+        next += count + usize::from(shape.shown.is_some());
+    }
+    format!(
+        "drawing: {{ results: {end}, constants: 0, run(p, k, f, t, q, u, w, m, a, l, out) {{\n{body}}} }},\n\
+         figures: [\n{}\n],\n",
+        figures.join(",\n")
+    )
+}
+
+/// The assignments of a program, and its results as elements of an array.
+fn statements(
+    language: &JavaScript,
+    model: &Model,
+    program: &Program,
+    into: &str,
+    indent: &str,
+    place: impl Fn(usize) -> String,
+) -> String {
+    let (lines, results) = lines(language, model, program, STYLE);
+    let lines = lines.iter().map(|line| format!("{indent}{}\n", line.text));
+    let results = results.iter().enumerate();
+    let results = results.map(|(i, value)| format!("{indent}{into}[{}] = {};\n", place(i), value.text));
+    lines.chain(results).collect()
+}
+
+/// The loop over the points of a curve. Its ends are the numbers from `ends` on, its points go to `start`.
+fn curve(
+    language: &JavaScript,
+    model: &Model,
+    point: &[NodeId],
+    segments: usize,
+    [ends, start]: [usize; 2],
+) -> String {
+    let program = schedule(&model.graph, "curve", point, Staging::Inline);
+    let dimension = point.len();
+    let place = |axis| format!("{start} + {dimension}*i + {axis}");
+    let body = statements(language, model, &program, "out", "    ", place);
+    format!(
+        "  for (let i = 0; i <= {segments}; i++) {{\n    \
+         const s = out[{ends}]*(1 - i/{segments}) + out[{}]*(i/{segments});\n{body}  }}\n",
+        ends + 1
+    )
+}
+
+/// `[kind, [[first number, count]], style, extra]`; `after` is the place behind its numbers.
+fn figure(shape: &Shape, [first, count]: [usize; 2], after: usize) -> String {
+    let Style { color, fill, width, dashed } = &shape.style;
+    let mut style = Vec::new();
+    if color != "auto" {
+        style.push(format!("c: {}", quoted(color)));
+    }
+    style.extend(fill.iter().map(|fill| format!("f: {}", quoted(fill))));
+    if *width != Style::default().width {
+        style.push(format!("w: {width:?}"));
+    }
+    if *dashed {
+        style.push("d: 1".to_owned());
+    }
+    let mut extra = match &shape.figure {
+        Figure::Polyline { points, closed } => {
+            let dimension = points.first().map_or(2, Vec::len);
+            let closed = if *closed { ", z: 1" } else { "" };
+            vec![format!("n: {}, dimension: {dimension}{closed}", points.len())]
+        }
+        Figure::Curve { segments, point, .. } => {
+            vec![format!("n: {}, dimension: {}", segments + 1, point.len())]
+        }
+        Figure::Circle { filled: true, .. } => vec!["filled: 1".to_owned()],
+        Figure::Spring { coils, .. } => vec![format!("n: {coils}")],
+        Figure::Text { text, beside, .. } => {
+            let beside = if *beside { ", b: 1" } else { "" };
+            vec![format!("text: {}{beside}", quoted(text))]
+        }
+        Figure::Trace { name, at, seconds } => {
+            let seconds = seconds.map_or_else(String::new, |_| format!(", seconds: {}", first + at.len()));
+            vec![format!("name: {}{seconds}", quoted(name))]
+        }
+        _ => Vec::new(),
+    };
+    extra.extend(shape.shown.map(|_| format!("shown: {after}")));
+    let kind = match shape.figure.kind() {
+        "curve" => "polyline",
+        kind => kind,
+    };
+    format!(
+        "[\"{kind}\", [[{first}, {count}]], {{ {} }}, {{ {} }}]",
+        style.join(", "),
+        extra.join(", ")
+    )
+}
+
+/// Whether a figure has a third coordinate.
+fn is_spatial(figure: &Figure) -> bool {
+    let is_third = |point: &Vec<NodeId>| point.len() == 3;
+    match figure {
+        Figure::Polyline { points, .. } => points.iter().any(is_third),
+        Figure::Curve { point, .. } => is_third(point),
+        Figure::Circle { center, .. } | Figure::Arc { center, .. } | Figure::Dot { center } => is_third(center),
+        Figure::Text { at, .. } | Figure::Trace { at, .. } | Figure::Pivot { at } => is_third(at),
+        Figure::Spring { from, to, .. } | Figure::Arrow { from, to } | Figure::Ground { from, to } => {
+            is_third(from) || is_third(to)
+        }
+        Figure::Cuboid { .. } | Figure::Cone { .. } => true,
+    }
+}
+
+/// A text of JavaScript that stands in a page: what would end a script is written by its number.
+fn quoted(text: &str) -> String {
+    let mut out = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => out.extend(['\\', c]),
+            '\n' => out.push_str("\\n"),
+            '<' | '>' | '&' | '\u{2028}' | '\u{2029}' => out.push_str(&format!("\\u{:04x}", c as u32)),
+            c if c < ' ' => out.push_str(&format!("\\u{:04x}", c as u32)),
+            c => out.push(c),
+        }
+    }
+    out.push('"');
+    out
+}
