@@ -6,5 +6,5 @@ button.addEventListener("click", () => {
   const stopped = button.getAttribute("aria-pressed") === "false";
   button.setAttribute("aria-pressed", stopped);
   // Another fragment loads no page again.
-  for (const frame of frames) frame.src = frame.src.split("#")[0] + (stopped ? "#still" : "#picture");
+  for (const frame of frames) frame.src = frame.src.split("#")[0] + "#only=picture" + (stopped ? "&still=1" : "");
 });

@@ -4,8 +4,10 @@ const $ = (id) => document.getElementById(id);
 const player = new Player(), picture = new Picture($("picture"), player);
 const phase = new PhasePlot($("phase"), player), precision = new Precision($("precision"), player);
 const plots = [];
-// At the address `#picture` the page is its picture alone, for frames of other pages; at `#still` that stands.
-const alone = /^#(picture|still)$/.test(location.hash);
+// With `only=picture` in its address the page is its picture alone, for frames of other pages; with `still=1`
+// that stands. (`#picture` would be the place of an element, to which the outer page would scroll.)
+const asked = (name) => new URLSearchParams(location.hash.slice(1)).get(name);
+const alone = asked("only") === "picture", still = () => asked("still") === "1";
 document.documentElement.classList.toggle("alone", alone);
 let dirty = true, chartDirty = true, frames = 0, spent = 0, clockBefore = null;
 
@@ -250,7 +252,7 @@ function tick(clock) {
     pacing.note(passed, reached);
     if (ended && player.head >= player.last - 1e-6) {
       setPlaying(false);
-      if (alone) setTimeout(() => { if (location.hash === "#picture") setPlaying(true); }, 1500);
+      if (alone) setTimeout(() => { if (!still()) setPlaying(true); }, 1500);
     }
     dirty = true;
   }
@@ -283,7 +285,7 @@ function listen() {
   $("rust").addEventListener("click", () => copy(rust(), "Copied: the same start as Rust"));
   $("csv").addEventListener("click", saveCsv);
   addEventListener("hashchange", () => {
-    if (alone) setPlaying(location.hash === "#picture");
+    if (alone) setPlaying(!still());
     else recalled(recall());
   });
   const repaint = (printed) => {
@@ -328,7 +330,7 @@ function begin() {
   $("not-shown").replaceChildren(...(MODEL.not_portable ?? []).map((text) => element("li", "", text)));
   probe.work(performance.now() + 25);
   requestAnimationFrame(tick);
-  if (!reducedMotion() && location.hash !== "#still") setPlaying(true);
+  if (!reducedMotion() && !still()) setPlaying(true);
   if (!picture.handles().length && picture.program) $("hint").textContent = "";
   if (picture.space) $("hint").textContent += ($("hint").textContent ? "; " : "") + "drag the ground to turn, scroll or pinch to zoom";
   if (!$("hint").classList.contains("stays")) setTimeout(() => $("hint").classList.add("gone"), 9000);
