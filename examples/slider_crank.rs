@@ -14,6 +14,9 @@ use dynamics::kinematics::KinematicsErrorKind;
 use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// A slider-crank whose crank turns steadily; the arrow is the force of the rod on the slider. Nothing is
+/// integrated here: three coordinates follow from three constraints. Shorten the rod toward the length of the
+/// crank, and see how the slider jerks.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(theta: rad, phi: rad, x: m)]
 #[units(crank: m, rod: m, inertia: kg * m^2, rod_mass: kg, slider: kg, omega: rad / s)]
@@ -110,6 +113,24 @@ fn slider(model: &SliderCrank, t: f64) -> [f64; 3] {
     [r * c + root, v, a]
 }
 
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let model = SliderCrank { crank: 0.1, rod: 0.3, inertia: 2e-3, rod_mass: 0.8, slider: 1.2, omega: 30.0 };
+    let start = model.state().x_guess(0.4).assemble()?;
+    Ok(model
+        .live(start)
+        .title("Slider-crank")
+        .range("crank", 0.02, 0.15)
+        .range("rod", 0.15, 0.6)
+        .range("slider", 0.2, 5.0)
+        .range("rod_mass", 0.1, 5.0)
+        .range("omega", 5.0, 60.0)
+        .hold(["inertia"])
+        .plot(["x", "x_rate", "energy"])
+        .phase("x")
+        .finish()?)
+}
+
 fn main() -> common::Outcome {
     let model = SliderCrank { crank: 0.1, rod: 0.3, inertia: 2e-3, rod_mass: 0.8, slider: 1.2, omega: 30.0 };
     let turn = TAU / model.omega;
@@ -167,6 +188,7 @@ fn main() -> common::Outcome {
         .write_svg(files.path("torque.svg"))?;
     let film = motion.animation().title("A driven slider-crank").plot(["phi"]);
     film.speed(0.05).write_html(files.path("slider_crank.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }
