@@ -115,7 +115,7 @@ fn main() -> common::Outcome {
     let coin = Coin { mass: 0.0075, radius: 0.012, g: 9.81 };
     // 25° of lean on a circle of 5 cm.
     let (lean, circle) = (25.0_f64.to_radians(), 0.05);
-    let (spin, yaw, speed) = coin.steady_rates(lean, circle);
+    let (spin, yaw, _) = coin.steady_rates(lean, circle);
     let steady = coin.circling(lean, circle, 0.0)?;
     // From a guess: turning and spin stay, the lean is looked for.
     let guess = 0.9 * lean;

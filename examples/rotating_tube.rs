@@ -13,9 +13,6 @@ use dynamics::prelude::*;
 /// A bead in a smooth tube that turns in a horizontal plane at a constant rate. Nothing pushes it outward,
 /// yet it leaves as r₀ cosh Ωt. Its energy grows by the work of the torque; what is kept is the energy
 /// function E. Push it inward so that it just reaches the middle.
-/// Of half of the tube.
-const LENGTH: f64 = 2.0;
-
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(r: m)]
 #[units(mass: kg, omega: rad / s)]
@@ -26,6 +23,9 @@ struct Tube {
 
 #[dynamics]
 impl Tube {
+    /// Of half of the tube.
+    const LENGTH: f64 = 2.0;
+
     fn bead(&self, q: &Coordinates<Self>) -> Vec2 {
         let angle = self.omega * q.t;
         q.r * vec2(angle.cos(), angle.sin())
@@ -42,7 +42,7 @@ impl Tube {
     /// Either end of the tube.
     #[event]
     fn mouth(&self, q: &Coordinates<Self>) -> Expr {
-        q.r.powi(2) - LENGTH.powi(2)
+        q.r.powi(2) - Self::LENGTH.powi(2)
     }
     #[drawing]
     fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
@@ -80,7 +80,7 @@ pub(crate) fn live() -> common::Page {
 
 fn main() -> common::Outcome {
     let tube = Tube { mass: 0.2, omega: 3.0 };
-    let (r0, length) = (0.05, LENGTH);
+    let (r0, length) = (0.05, Tube::LENGTH);
     let start = tube.state().r(r0).build()?;
     let motion = tube
         .simulate(start)

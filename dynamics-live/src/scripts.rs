@@ -3,7 +3,7 @@
 use dynamics_view::scripts;
 
 /// What computes, in the order in which it has to be read. It knows nothing of pages.
-const MOTION: [&str; 16] = [
+const MOTION: [&str; 17] = [
     include_str!("motion/numbers.js"),
     include_str!("motion/methods.js"),
     include_str!("motion/linear.js"),
@@ -16,6 +16,7 @@ const MOTION: [&str; 16] = [
     include_str!("motion/crossing.js"),
     include_str!("motion/midpoint.js"),
     include_str!("motion/step_size.js"),
+    include_str!("motion/switching.js"),
     include_str!("motion/stepper.js"),
     include_str!("motion/events.js"),
     include_str!("motion/motion.js"),

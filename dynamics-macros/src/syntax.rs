@@ -9,6 +9,7 @@ mod roles;
 mod structs;
 
 pub(crate) use attributes::ATTRIBUTES;
+pub(crate) use conditions::conditions;
 pub(crate) use declaration::{Declaration, FamilyLength, FieldKind, MOST_OFFSET, Quantity, Shape, UnitText};
 pub(crate) use impls::{Function, Implementation, path as path_text};
 pub(crate) use limits::check_nesting;

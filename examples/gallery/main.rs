@@ -20,11 +20,31 @@ macro_rules! examples {
 }
 
 examples! {
+    "../buckling_column.rs" buckling_column,
+    "../chain.rs" chain,
+    "../chaplygin_sleigh.rs" chaplygin_sleigh,
+    "../coaster_jump.rs" coaster_jump,
     "../double_pendulum.rs" double_pendulum,
+    "../foucault.rs" foucault,
+    "../four_bar.rs" four_bar,
+    "../gimbal.rs" gimbal,
+    "../gyroscope.rs" gyroscope,
+    "../hoop_pitchfork.rs" hoop_pitchfork,
     "../kapitza.rs" kapitza,
+    "../planar_bodies.rs" planar_bodies,
     "../planets.rs" planets,
     "../projectile.rs" projectile,
+    "../quick_return.rs" quick_return,
+    "../rod_tension.rs" rod_tension,
+    "../roller_coaster.rs" roller_coaster,
+    "../rolling_coin.rs" rolling_coin,
+    "../rotating_tube.rs" rotating_tube,
+    "../shallow_arch.rs" shallow_arch,
+    "../slider_crank.rs" slider_crank,
+    "../spring_pendulum.rs" spring_pendulum,
     "../tumbling_book.rs" tumbling_book,
+    "../tuned_absorber.rs" tuned_absorber,
+    "../ziegler_flutter.rs" ziegler_flutter,
 }
 
 /// The function that makes a page.
@@ -32,10 +52,45 @@ type Make = fn() -> Result<LivePage, Box<dyn Error>>;
 
 /// The pages by the chapters of the book, with their names as files.
 const CHAPTERS: &[(&str, &[(&str, Make)])] = &[
-    ("2 Particles and constraints", &[("projectile", projectile::live)]),
-    ("3 Systems of particles", &[("planets", planets::live), ("double_pendulum", double_pendulum::live)]),
-    ("7 Vibrations", &[("kapitza", kapitza::live)]),
-    ("8 Bodies in space", &[("tumbling_book", tumbling_book::live)]),
+    ("2 Particles and constraints", &[
+        ("projectile", projectile::live),
+        ("roller_coaster", roller_coaster::live),
+        ("coaster_jump", coaster_jump::live),
+        ("spring_pendulum", spring_pendulum::live),
+        ("rod_tension", rod_tension::live),
+        ("rotating_tube", rotating_tube::live),
+    ]),
+    ("3 Systems of particles", &[
+        ("double_pendulum", double_pendulum::live),
+        ("chain", chain::live),
+        ("planets", planets::live),
+    ]),
+    ("4 Kinematics", &[
+        ("slider_crank", slider_crank::live),
+        ("four_bar", four_bar::live),
+        ("quick_return", quick_return::live),
+    ]),
+    ("5 Planar bodies", &[
+        ("planar_bodies", planar_bodies::live),
+        ("chaplygin_sleigh", chaplygin_sleigh::live),
+    ]),
+    ("6 Stability and buckling", &[
+        ("hoop_pitchfork", hoop_pitchfork::live),
+        ("buckling_column", buckling_column::live),
+        ("shallow_arch", shallow_arch::live),
+        ("ziegler_flutter", ziegler_flutter::live),
+    ]),
+    ("7 Vibrations", &[
+        ("kapitza", kapitza::live),
+        ("tuned_absorber", tuned_absorber::live),
+    ]),
+    ("8 Bodies in space", &[
+        ("gyroscope", gyroscope::live),
+        ("tumbling_book", tumbling_book::live),
+        ("gimbal", gimbal::live),
+        ("rolling_coin", rolling_coin::live),
+        ("foucault", foucault::live),
+    ]),
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {

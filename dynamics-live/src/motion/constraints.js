@@ -1,7 +1,7 @@
 // Constraints of a motion: accelerations by the general solver, projection, impacts.
 //
-// Everything goes by the printed programs where these apply; the general solver takes over where a guard fails,
-// where rows repeat each other, and where forces depend on reactions. The parts correspond to
+// Everything goes by the printed programs where these apply; the general solver takes over where a guard
+// fails, where rows repeat each other, and where forces depend on reactions. The parts correspond to
 // `dynamics-runtime/src/constrain/`: `project.rs`, `correct.rs`, `friction.rs`, `impact.rs`.
 
 /** Most Newton steps of a projection. From a drift of 10⁻³ four are enough. */
@@ -111,8 +111,8 @@ class Constraints {
   }
 
   /**
-   * Factors the equations of the rows for which `holds(row)`. False where they cannot be factored; `undefined`
-   * where M or Q is not finite, as in models without constraints.
+   * Factors the equations of the rows for which `holds(row)`. False where they cannot be factored;
+   * `undefined` where M or Q is not finite, as in models without constraints.
    */
   factor(t, q, u, holds) {
     this.evaluate_terms(t, q, u);
@@ -307,8 +307,8 @@ class Constraints {
   }
 
   /**
-   * Φ is known to ε(1 + |q|). Where corrections are A times as large as in the mean, positions are wrong by A times
-   * that along the direction that is nearly lost, and velocities by A²|q̇| times that.
+   * Φ is known to ε(1 + |q|). Where corrections are A times as large as in the mean, positions are wrong by A
+   * times that along the direction that is nearly lost, and velocities by A²|q̇| times that.
    */
   projection_noise(q, u) {
     const { sensitivity } = this;

@@ -1,9 +1,9 @@
-// Steps across positions at which the constraint Jacobian nearly loses rank, where branches of a mechanism may
-// meet: change points. The theory is in `dynamics-runtime/src/integrate/stepper/singularity_crossing.rs`.
+// Steps across positions at which the constraint Jacobian nearly loses rank, where branches of a mechanism
+// may meet: change points. The theory is in `dynamics-runtime/src/integrate/stepper/singularity_crossing.rs`.
 //
-// Fixed steps whose stages disagree by many times their usual disagreement are divided, so that the stages lie
-// elsewhere. Under step control ends that rounding makes uncertain are avoided, and of those that cannot be
-// avoided the best is taken.
+// Fixed steps whose stages disagree by many times their usual disagreement are divided, so that the stages
+// lie elsewhere. Under step control ends that rounding makes uncertain are avoided, and of those that cannot
+// be avoided the best is taken.
 
 /** Further attempts at a step near rank loss, each with other stages and another end. */
 const MAX_RETRIES = 5;

@@ -1,7 +1,7 @@
 // Dragging a point of a motion: the least change of the coordinates that brings it somewhere.
 //
-// Damped least squares in the norm ‖δ‖² = Σ Mᵢᵢ δᵢ², so that light bodies follow before heavy ones and units do
-// not matter. Under constraints δ stays in their tangent space, and the result is put onto them.
+// Damped least squares in the norm ‖δ‖² = Σ Mᵢᵢ δᵢ², so that light bodies follow before heavy ones and units
+// do not matter. Under constraints δ stays in their tangent space, and the result is put onto them.
 
 /** Damping, in parts of the trace of J Jᵀ: it keeps the change small where the point cannot move on. */
 const DRAG_DAMPING = 1e-4;
@@ -47,15 +47,19 @@ function jacobian_of_point(motion, point, t, q) {
 
 /** Mᵢᵢ of the coordinates. Where M is not printed, T tells it: it is quadratic in each velocity. */
 function inertias(motion, t, q) {
-  const { n, system, u } = motion, mass = system.value("mass_matrix", t, q, u) ?? system.value("terms", t, q, u);
+  const { n, system, u } = motion,
+    mass = system.value("mass_matrix", t, q, u) ?? system.value("terms", t, q, u);
   if (mass !== null) return Float64Array.from({ length: n }, (_, i) => Math.abs(mass[i * n + i]));
-  const unit = new Float64Array(n), energy = (i, rate) => {
-    unit[i] = rate;
-    const value = system.value("kinetic_energy", t, q, unit)?.[0] ?? 0;
-    unit[i] = 0;
-    return value;
-  };
-  return Float64Array.from({ length: n }, (_, i) => Math.abs(energy(i, 1) + energy(i, -1) - 2 * energy(i, 0)));
+  const unit = new Float64Array(n),
+    energy = (i, rate) => {
+      unit[i] = rate;
+      const value = system.value("kinetic_energy", t, q, unit)?.[0] ?? 0;
+      unit[i] = 0;
+      return value;
+    };
+  return Float64Array.from({ length: n }, (_, i) =>
+    Math.abs(energy(i, 1) + energy(i, -1) - 2 * energy(i, 0)),
+  );
 }
 
 /** 1/√Mᵢᵢ of the coordinates; those without inertia get the largest of the others, or 1. */
@@ -125,8 +129,8 @@ function set_contacts(motion, is_closed) {
 
 /**
  * Brings a point as near to a target as it gets, and leaves the mechanism at rest there. Contacts open where
- * that brings it nearer, and close where the mechanism would sink into them. Returns the distance that is left;
- * the motion is as before where the constraints cannot be fulfilled.
+ * that brings it nearer, and close where the mechanism would sink into them. Returns the distance that is
+ * left; the motion is as before where the constraints cannot be fulfilled.
  */
 Motion.prototype.drag = function (point, target) {
   const { n, r, t, system } = this,
@@ -181,7 +185,9 @@ Motion.prototype.rest = function (t, q) {
   return u;
 };
 
-/** Gives a point a velocity by the least velocities of the coordinates, and starts there. Contacts may open. */
+/**
+ * Gives a point a velocity by the least velocities of the coordinates, and starts there. Contacts may open.
+ */
 Motion.prototype.throw_point = function (point, velocity) {
   const { t, q, system } = this,
     modes = this.m.slice(),

@@ -1,15 +1,15 @@
 // Events of a motion: zero crossings on the interpolant of a step, contacts, sticking and slipping, stops.
 //
-// A unilateral constraint has one function that is positive while it stays as it is, and it switches where that
-// falls through zero, as `dynamics-runtime/src/simulate/events/unilateral.rs` has it:
+// A unilateral constraint has one function that is positive while it stays as it is, and it switches where
+// that falls through zero, as `dynamics-runtime/src/simulate/events/unilateral.rs` has it:
 //
 // | constraint | while it holds | while it is released |
 // |---|---|---|
 // | contact | λ: lifts off | Φ: impact, rebound or hold |
 // | stick–slip | the breakaway event: slips | ±(A q̇ + b) on the side to which it slips: sticks |
 //
-// A crossing is located on the interpolant. The step is then made again to end there, corrected by secants, so
-// that the end is that of the method and not of its interpolant.
+// A crossing is located on the interpolant. The step is then made again to end there, corrected by secants,
+// so that the end is that of the method and not of its interpolant.
 
 /** Rounding error of an event function, in parts of its size. */
 const EVENT_ROUNDING = 4 * Number.EPSILON;
@@ -257,8 +257,8 @@ class EventLocator {
   }
 
   /**
-   * Makes the last step again to end at a crossing. Returns the part of the step, 0 where the motion then stands
-   * at its start; null where it fails.
+   * Makes the last step again to end at a crossing. Returns the part of the step, 0 where the motion then
+   * stands at its start; null where it fails.
    */
   end_at({ index, theta }) {
     const { motion } = this,
@@ -322,7 +322,8 @@ class EventLocator {
       )
         return false;
     }
-    // Constraints that cannot stay as they are switch, too: contacts that would pull, sticking that breaks away.
+    // Constraints that cannot stay as they are switch, too: contacts that would pull, sticking that breaks
+    // away.
     const most = 2 * this.unilaterals.length;
     for (let turn = 0; this.unilaterals.length > 0; turn++) {
       if (!this.settle()) return false;
@@ -339,6 +340,7 @@ class EventLocator {
       if (!this.switch(this.model_events + untenable, false)) return false;
     }
     motion.jumped = jumped;
+    motion.switching.restart();
     motion.work += motion.energies(energy)[2] - before || 0;
     if (motion.plan !== null) {
       [motion.plan.origin, motion.plan.count] = [motion.t, 0];
@@ -509,8 +511,8 @@ function sample_position(part, parts) {
 }
 
 /**
- * Samples with further ones where a function comes near zero between three of them and turns back: the vertex of
- * the parabola through these, twice.
+ * Samples with further ones where a function comes near zero between three of them and turns back: the vertex
+ * of the parabola through these, twice.
  */
 function refined(column, g) {
   const out = [column[0]];
@@ -587,8 +589,8 @@ function illinois(g, [a, ga], [b, gb]) {
 }
 
 /**
- * How a function leaves zero: evaluated at doubling distances until its change grows regularly twice in a row,
- * by 2 with a slope, by more than 3 without. As `dynamics-runtime/src/simulate/events/restart.rs`.
+ * How a function leaves zero: evaluated at doubling distances until its change grows regularly twice in a
+ * row, by 2 with a slope, by more than 3 without. As `dynamics-runtime/src/simulate/events/restart.rs`.
  */
 function departure_from_zero(start, noise, g) {
   let last = [0, 0];

@@ -5,14 +5,16 @@
 //
 //   M a − Φ_qᵀ λ = Q        Φ_q a = γ        M n×n, Φ_q m×n of any rank k
 //
-// It works with coordinates scaled by 1/√Mᵢᵢ and rows scaled to unit length, decides the rank by pivoting, and
-// gives the λ of least norm. Matrices are Float64Arrays by rows.
+// It works with coordinates scaled by 1/√Mᵢᵢ and rows scaled to unit length, decides the rank by pivoting,
+// and gives the λ of least norm. Matrices are Float64Arrays by rows.
 
 /** A row repeats others where its distance from their span is below this part of its length. */
 const RANK_TOLERANCE = 1e-8;
 /** A row that may repeat others is chosen before them if its length times this is larger than theirs. */
 const REDUNDANT_ROW_WEIGHT = 0.5;
-/** Rows that may repeat others come last only where the lengths of all rows differ by less than this factor. */
+/**
+ * Rows that may repeat others come last only where the lengths of all rows differ by less than this factor.
+ */
 const COMPARABLE_LENGTHS = 30;
 /** A pivot of M below this part of its diagonal element is rounding. */
 const PIVOT_TOLERANCE = 1e-13;
@@ -97,8 +99,8 @@ class Orthogonal {
   }
 
   /**
-   * Decomposes r rows of about equal length; a pivot below `tolerance` times the first counts as zero. Rows for
-   * which `redundant(row)` are chosen last, so that the same rows lead from one state to the next.
+   * Decomposes r rows of about equal length; a pivot below `tolerance` times the first counts as zero. Rows
+   * for which `redundant(row)` are chosen last, so that the same rows lead from one state to the next.
    */
   decompose(a, r, tolerance, redundant = null) {
     this.a = a;
@@ -113,7 +115,9 @@ class Orthogonal {
     if (this.rank < r) this.reduce_right();
   }
 
-  /** The longest of the rows that are left, and its length, of those that may repeat others or of the rest. */
+  /**
+   * The longest of the rows that are left, and its length, of those that may repeat others or of the rest.
+   */
   longest(redundant, repeating) {
     const { a, n, r, rank: k, order } = this;
     let [row, size] = [k, 0];
@@ -259,8 +263,8 @@ class FactoredSystem {
   }
 
   /**
-   * Factors M and the rows of Φ_q for which `holds(row)`. `usual_lengths`: lengths of rows that are zero here.
-   * Returns null, or why it cannot be done.
+   * Factors M and the rows of Φ_q for which `holds(row)`. `usual_lengths`: lengths of rows that are zero
+   * here. Returns null, or why it cannot be done.
    */
   factor(mass, jacobian, holds, tolerance, usual_lengths, redundant = null) {
     const { n, r, active, scale, weight, rows } = this,
@@ -370,8 +374,8 @@ class FactoredSystem {
   }
 
   /**
-   * Solves for a and λ with the right-hand sides Q and γ. λ of rows that do not hold is 0. Returns by how much
-   * Φ_q a = γ cannot be fulfilled, with the sizes that this is to be compared with.
+   * Solves for a and λ with the right-hand sides Q and γ. λ of rows that do not hold is 0. Returns by how
+   * much Φ_q a = γ cannot be fulfilled, with the sizes that this is to be compared with.
    */
   solve(force, gamma, a, lambda) {
     const { n, m, active, weight, scale, mass, x, y, b, rows } = this,

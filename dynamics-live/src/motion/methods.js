@@ -176,9 +176,9 @@ function explicit_method(method) {
 /**
  * The methods by name.
  *
- * `fixed`: the accuracy is the size of a step, else a tolerance. `order`: that of the step, `error_order` that
- * of its error estimate. `control`: constants of the controller. `panels`: parts in which a step is scanned for
- * events. `teaching`: a method that shows a failure rather than one to be chosen.
+ * `fixed`: the accuracy is the size of a step, else a tolerance. `order`: that of the step, `error_order`
+ * that of its error estimate. `control`: constants of the controller. `panels`: parts in which a step is
+ * scanned for events. `teaching`: a method that shows a failure rather than one to be chosen.
  */
 const METHODS = {
   euler: { name: "semi-implicit Euler (order 1)", order: 1, fixed: true, panels: 4, kind: "semi_implicit" },

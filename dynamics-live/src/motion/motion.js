@@ -38,8 +38,8 @@ class Motion extends Stepper {
   }
 
   /**
-   * Takes new values of parameters and inputs into account. The motion goes on from where it is, put back onto
-   * its constraints. Returns null, or why the values are refused; the state is then as before.
+   * Takes new values of parameters and inputs into account. The motion goes on from where it is, put back
+   * onto its constraints. Returns null, or why the values are refused; the state is then as before.
    */
   refresh() {
     const { system } = this;
@@ -148,7 +148,9 @@ class Motion extends Stepper {
     );
   }
 
-  /** Released constraints of the velocities go to the side to which they slip, holonomic ones to the positive. */
+  /**
+   * Released constraints of the velocities go to the side to which they slip, holonomic ones to the positive.
+   */
   set_sides(t, q, u) {
     const { system } = this;
     for (let row = 0; row < system.r; row++) {
@@ -169,6 +171,7 @@ class Motion extends Stepper {
     from.a.set(this.a);
     from.l.set(this.l);
     this.jumped = null;
+    this.switching.restart();
     if (this.plan !== null) {
       this.plan.origin = this.t;
       this.plan.count = 0;
@@ -180,8 +183,8 @@ class Motion extends Stepper {
   // ---- steps
 
   /**
-   * One accepted step that does not pass `end`. Returns false where the motion cannot go on; `reason` then says
-   * why, and the motion stands at the last accepted state.
+   * One accepted step that does not pass `end`. Returns false where the motion cannot go on; `reason` then
+   * says why, and the motion stands at the last accepted state.
    */
   step(method, accuracy, end = Infinity) {
     if (this.ended || !this.started) return false;
@@ -196,15 +199,18 @@ class Motion extends Stepper {
   }
 
   /**
-   * Fails where the motion chatters on a jump of its accelerations, to which these lead back from both sides: a
-   * switching function that changes its sign in most of many steps in a row, under step control.
+   * Fails where the motion chatters on a jump of its accelerations, to which these lead back from both sides:
+   * a switching function that changes its sign in most of many steps in a row, under step control.
    */
   is_ahead() {
     const { system, plan } = this;
     if (!system.has("kinks") || plan === null || plan.fixed) return true;
     const values = system.value("kinks", this.t, this.q, this.u, this.a, this.l);
     this.kinks ??= Array.from(values, (value) => ({ sign: Math.sign(value), steps: 0, changes: 0 }));
+    const { kink_functions } = system.programs;
     for (let i = 0; i < values.length; i++) {
+      // The argument of a smooth function decides by its piece, not by its sign.
+      if (kink_functions?.[i] != null) continue;
       const kink = this.kinks[i],
         sign = Math.sign(values[i]);
       if (sign !== kink.sign) kink.changes++;
@@ -298,38 +304,15 @@ class Motion extends Stepper {
     const { n, from } = this,
       h = this.t - this.t0,
       theta = h === 0 ? 1 : (t - this.t0) / h;
-    const to = this.jumped ?? this;
-    if (theta >= 1 || h === 0) {
-      out.set(this.q);
-      out.set(this.u, n);
-      return out;
-    }
-    const blend = theta * theta * theta * (10 + theta * (6 * theta - 15));
-    for (let i = 0; i < n; i++) {
-      const second = 0.5 * h * h * from.a[i];
-      let position = to.q[i] - from.q[i] - h * from.u[i] - second,
-        rounding = 0;
-      const slope = h * to.u[i] - h * from.u[i] - 2 * second,
-        curvature = h * h * to.a[i] - 2 * second;
-      // A part of q₁ − q₀ that is rounding belongs to q alone: u would divide it by h.
-      const excess = position - 0.5 * slope + curvature / 12;
-      if (Math.abs(excess) <= 2 * Number.EPSILON * Math.max(Math.abs(from.q[i]), Math.abs(to.q[i]))) {
-        [rounding, position] = [excess, position - excess];
-      }
-      const c3 = 10 * position - 4 * slope + 0.5 * curvature,
-        c4 = -15 * position + 7 * slope - curvature;
-      const c5 = 6 * position - 3 * slope + 0.5 * curvature,
-        cubic = c3 + theta * (c4 + theta * c5);
-      out[i] = from.q[i] + theta * (h * from.u[i] + theta * (second + theta * cubic)) + rounding * blend;
-      out[n + i] =
-        from.u[i] + (theta * (2 * second + theta * (3 * c3 + theta * (4 * c4 + theta * 5 * c5)))) / h;
-    }
+    if (theta < 1 && h !== 0) return quintic(from, this.jumped ?? this, h, theta, n, out);
+    out.set(this.q);
+    out.set(this.u, n);
     return out;
   }
 
   /**
-   * T, V and E at the present state, or at another one, into three numbers; T and V are NaN where the model has
-   * a Lagrangian of its own. E less `work` is constant on an exact motion.
+   * T, V and E at the present state, or at another one, into three numbers; T and V are NaN where the model
+   * has a Lagrangian of its own. E less `work` is constant on an exact motion.
    */
   energies(out, t = this.t, q = this.q, u = this.u) {
     const { system } = this,

@@ -2,7 +2,8 @@
 //
 // Sine and cosine have the bits of `dynamics-simd/src/lanes/sines.rs` without fused products: reduction by
 // three parts of π/2, fdlibm's polynomials by Estrin's scheme. Every operation is written in the order of the
-// Rust code, because another order rounds differently. All other functions are those of the JavaScript engine.
+// Rust code, because another order rounds differently. All other functions are those of the JavaScript
+// engine.
 
 /** The cosine that belongs to the sine which `sin_cos` returned last. In a variable it would be boxed. */
 const cosine = new Float64Array(1);
@@ -76,7 +77,9 @@ function accurate_sin_cos(x) {
 const { tan, asin, acos, atan, atan2, sinh, cosh, tanh, exp, sqrt, cbrt, hypot, abs, floor, ceil } = Math;
 const ln = Math.log;
 
-/** xʸ. JavaScript has NaN for a base of 1 with an infinite or NaN exponent, and for −1 with an infinite one. */
+/**
+ * xʸ. JavaScript has NaN for a base of 1 with an infinite or NaN exponent, and for −1 with an infinite one.
+ */
 function powf(x, y) {
   if (x === 1 || (x === -1 && (y === Infinity || y === -Infinity))) return 1;
   return Math.pow(x, y);
@@ -161,6 +164,14 @@ function piecewise({ knots, coefficients, outside }) {
       else high = middle;
     }
     return polynomial(coefficients[low], x - knots[low], order);
+  };
+  // The interval around x in which all derivatives are continuous.
+  derivative.piece = (x) => {
+    const turns = outside === "periodic" ? period * Math.floor((x - knots[0]) / period) : 0,
+      at = x - turns;
+    const next = knots.findIndex((knot) => knot > at);
+    const lower = next === 0 ? -Infinity : knots[next < 0 ? last : next - 1];
+    return [lower + turns, (next < 0 ? Infinity : knots[next]) + turns];
   };
   derivative.domain = [knots[0], knots[last]];
   return derivative;

@@ -4,11 +4,15 @@
 const SINGULAR_VALUE_TOLERANCE = 1e-7;
 /** Condition from which on a position is singular: accelerations there are limits along a branch. */
 const BRANCH_LIMIT_CONDITION = 1e6;
-/** Time to either side of a singular position at which a limit is evaluated, in parts of that of the motion. */
+/**
+ * Time to either side of a singular position at which a limit is evaluated, in parts of that of the motion.
+ */
 const SIDE_INTERVAL = 1e-3;
 /** Relative difference up to which accelerations of both sides agree. */
 const MAX_SIDE_DIFFERENCE = 0.05;
-/** A limit replaces the accelerations of least norm where they differ by more than this part of their size. */
+/**
+ * A limit replaces the accelerations of least norm where they differ by more than this part of their size.
+ */
 const BRANCH_LIMIT_DIFFERENCE = 1e-5;
 
 class RankMargin {
@@ -77,9 +81,9 @@ class RankMargin {
   }
 
   /**
-   * How far the constraints are from losing rank: largest over smallest singular value of Φ_q, coordinates scaled
-   * by √Mᵢᵢ, the rows of a constraint by the longest of them; and the names of the rows that would depend on each
-   * other. Of redundant rows as many count as are independent nearby.
+   * How far the constraints are from losing rank: largest over smallest singular value of Φ_q, coordinates
+   * scaled by √Mᵢᵢ, the rows of a constraint by the longest of them; and the names of the rows that would
+   * depend on each other. Of redundant rows as many count as are independent nearby.
    */
   at(t, q, u) {
     const { constraints } = this,

@@ -90,6 +90,7 @@ function absolute_tolerance(stepper, plan, end) {
   const size = moving.length > 0 && h !== 0 ? Math.min(...moving) : SMALL_MOTION;
   const rounding = size < SMALL_MOTION ? 10 * rounding_of_accelerations(stepper) * Math.abs(h) : 0;
   stepper.restore(kept);
+  stepper.switching.restart();
   if (!(size < SMALL_MOTION)) return tolerance;
   return Math.min(Math.max((tolerance * size) / SMALL_MOTION, 1e-15, rounding), tolerance);
 }

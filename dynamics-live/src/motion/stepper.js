@@ -1,8 +1,8 @@
 // Steps of a motion by a method.
 //
-// Steps are made as `dynamics-runtime/src/integrate/stepper.rs` makes them: an attempt gives the end of a step
-// and its error, the end is projected onto the constraints, q̈ is evaluated there, and the controller accepts
-// the step or makes it smaller. Fixed steps have the bits of the library where sine and cosine have.
+// Steps are made as `dynamics-runtime/src/integrate/stepper.rs` makes them: an attempt gives the end of a
+// step and its error, the end is projected onto the constraints, q̈ is evaluated there, and the controller
+// accepts the step or makes it smaller. Fixed steps have the bits of the library where sine and cosine have.
 
 /** Rejections in a row before a step is given up. */
 const MAX_REJECTIONS = 60;
@@ -39,6 +39,34 @@ const HELPFUL_ERROR_PART = 0.1,
 /** Permitted errors of fixed steps, by which moves of their ends are judged: the library's default. */
 const TOLERANCE_OF_FIXED_STEPS = 1e-9;
 
+/**
+ * (q, u) at a part θ of a step of size h: the quintic through q, q̇ and q̈ of its ends.
+ *
+ * A part of q₁ − q₀ that is rounding belongs to q alone; u would divide it by h.
+ */
+function quintic(from, to, h, theta, n, out) {
+  const blend = theta * theta * theta * (10 + theta * (6 * theta - 15));
+  for (let i = 0; i < n; i++) {
+    const second = 0.5 * h * h * from.a[i];
+    let position = to.q[i] - from.q[i] - h * from.u[i] - second,
+      rounding = 0;
+    const slope = h * to.u[i] - h * from.u[i] - 2 * second,
+      curvature = h * h * to.a[i] - 2 * second;
+    const excess = position - 0.5 * slope + curvature / 12;
+    if (Math.abs(excess) <= 2 * Number.EPSILON * Math.max(Math.abs(from.q[i]), Math.abs(to.q[i]))) {
+      [rounding, position] = [excess, position - excess];
+    }
+    const c3 = 10 * position - 4 * slope + 0.5 * curvature,
+      c4 = -15 * position + 7 * slope - curvature;
+    const c5 = 6 * position - 3 * slope + 0.5 * curvature,
+      cubic = c3 + theta * (c4 + theta * c5);
+    out[i] = from.q[i] + theta * (h * from.u[i] + theta * (second + theta * cubic)) + rounding * blend;
+    const bend = 3 * c3 + theta * (4 * c4 + theta * 5 * c5);
+    out[n + i] = from.u[i] + (theta * (2 * second + theta * bend)) / h;
+  }
+  return out;
+}
+
 class Stepper {
   constructor(system) {
     const { n, r } = system,
@@ -58,14 +86,20 @@ class Stepper {
     this.from = { t: 0, ...state() };
     /** The end of the present attempt. */
     this.next = state();
-    // Of every stage its state (q, u, λ) and its derivative (k_q, k_u).
+    // Of every stage its state (q, u, λ) and its derivative (k_q, k_u), which lie one behind the other.
     const vectors = (length) => Array.from({ length: MOST_STAGES }, () => new Float64Array(length));
-    this.stage = { q: vectors(n), u: vectors(n), l: vectors(r), k_q: vectors(n), k_u: vectors(n) };
+    this.slopes = new Float64Array(MOST_STAGES * 2 * n);
+    const part = (from) => (_, s) => this.slopes.subarray(2 * n * s + from, 2 * n * s + from + n);
+    const parts = (from) => Array.from({ length: MOST_STAGES }, part(from));
+    this.stage = { q: vectors(n), u: vectors(n), l: vectors(r), k_q: parts(0), k_u: parts(n) };
     this.error_q = new Float64Array(n);
     this.error_u = new Float64Array(n);
     this.third_q = new Float64Array(n);
     this.third_u = new Float64Array(n);
+    this.slope_q = new Float64Array(n);
+    this.slope_u = new Float64Array(n);
     this.midpoint = new ImplicitMidpoint(this);
+    this.switching = new SwitchingFunctions(this);
     this.steps = 0;
     this.rejected = 0;
     this.work = 0;
@@ -106,35 +140,39 @@ class Stepper {
 
   /** y + h Σ w k into a state, with the operations in the order of the library. */
   combine(to_q, to_u, h, { stages, weights }) {
-    const { n, q, u } = this,
-      { k_q, k_u } = this.stage,
+    const { n, q, u, slopes } = this,
+      width = 2 * n,
       count = stages.length;
     for (let i = 0; i < n; i++) {
       let of_q = 0,
         of_u = 0;
       for (let j = 0; j < count; j++) {
-        of_q += weights[j] * k_q[stages[j]][i];
-        of_u += weights[j] * k_u[stages[j]][i];
+        const at = stages[j] * width + i,
+          weight = weights[j];
+        of_q += weight * slopes[at];
+        of_u += weight * slopes[at + n];
       }
       to_q[i] = q[i] + h * of_q;
       to_u[i] = u[i] + h * of_u;
     }
   }
 
-  /** Σ w k into (error_q, error_u). */
-  sum({ stages, weights }) {
-    const { n, error_q, error_u } = this,
-      { k_q, k_u } = this.stage,
+  /** Σ w k into (error_q, error_u), or into other vectors. */
+  sum({ stages, weights }, of_q = this.error_q, of_u = this.error_u) {
+    const { n, slopes } = this,
+      width = 2 * n,
       count = stages.length;
     for (let i = 0; i < n; i++) {
-      let of_q = 0,
-        of_u = 0;
+      let sum_q = 0,
+        sum_u = 0;
       for (let j = 0; j < count; j++) {
-        of_q += weights[j] * k_q[stages[j]][i];
-        of_u += weights[j] * k_u[stages[j]][i];
+        const at = stages[j] * width + i,
+          weight = weights[j];
+        sum_q += weight * slopes[at];
+        sum_u += weight * slopes[at + n];
       }
-      error_q[i] = of_q;
-      error_u[i] = of_u;
+      of_q[i] = sum_q;
+      of_u[i] = sum_u;
     }
   }
 
@@ -177,6 +215,10 @@ class Stepper {
       failures = 0,
       chosen = null;
     crossing.begin_step();
+    if (!plan.fixed) {
+      this.limit = end;
+      this.switching.begin_step(this.next_time(end)[1]);
+    }
     for (;;) {
       let [to, h] = chosen ?? this.next_time(end);
       chosen = null;
@@ -186,6 +228,12 @@ class Stepper {
       }
       if (to === this.t) return system.fail({ kind: "time_not_resolved", t: this.t, h: plan.h });
       let failure = this.attempt(to, h);
+      const change = failure === null && !plan.fixed ? this.switching.first_change(to, h) : null;
+      if (change !== null) {
+        chosen = [this.t + change * h, change * h];
+        this.rejected++;
+        continue;
+      }
       if (r > 0 && plan.fixed) {
         const verdict = this.judge_crossing(retries, h, failure);
         if (verdict === "best") failure ??= this.check_disagreement(h);
@@ -228,6 +276,14 @@ class Stepper {
         return system.fail(failure);
       }
     }
+  }
+
+  /** Chooses the size of the next step anew, behind a change of the accelerations. */
+  restart_step_size() {
+    const { plan } = this,
+      proposed = first_step(this, plan, this.limit);
+    plan.h = Math.min(plan.h, proposed);
+    plan.controller.restart();
   }
 
   /** The end of a retry of a step of size h. */
@@ -391,25 +447,17 @@ class Stepper {
     }
     // Two estimates: ‖e₅‖²/√(‖e₅‖² + 0.01 ‖e₃‖²).
     const of_fifth = this.square_sum(plan, this.error_q, this.error_u, next.q, next.u);
-    this.difference_from_result(result, third);
-    const of_third = this.square_sum(plan, this.third_q, this.third_u, next.q, next.u);
+    const { third_q, third_u, slope_q, slope_u } = this;
+    this.sum(result, slope_q, slope_u);
+    this.sum(third, third_q, third_u);
+    for (let i = 0; i < this.n; i++) {
+      third_q[i] = slope_q[i] - third_q[i];
+      third_u[i] = slope_u[i] - third_u[i];
+    }
+    const of_third = this.square_sum(plan, third_q, third_u, next.q, next.u);
     const both = of_fifth + 0.01 * of_third;
     this.error = both > 0 ? (Math.abs(h) * of_fifth) / Math.sqrt(2 * this.n * both) : both;
     return null;
-  }
-
-  /** The slope of the result less that of the embedded result of order three. */
-  difference_from_result(result, third) {
-    const { k_q, k_u } = this.stage,
-      total = (k, i, { stages, weights }) => {
-        let sum = 0;
-        for (let j = 0; j < stages.length; j++) sum += weights[j] * k[stages[j]][i];
-        return sum;
-      };
-    for (let i = 0; i < this.n; i++) {
-      this.third_q[i] = total(k_q, i, result) - total(k_q, i, third);
-      this.third_u[i] = total(k_u, i, result) - total(k_u, i, third);
-    }
   }
 
   /** u₁ = u₀ + h a₀, q₁ = q₀ + h u₁. */
@@ -423,8 +471,8 @@ class Stepper {
   }
 
   /**
-   * The disagreement of the stages of RK4 in permitted errors: the difference of the two middle stages, and that
-   * of their sum from the stages at the ends. Other methods of fixed steps have none.
+   * The disagreement of the stages of RK4 in permitted errors: the difference of the two middle stages, and
+   * that of their sum from the stages at the ends. Other methods of fixed steps have none.
    */
   stage_disagreement(h) {
     const { plan, n, next, stage } = this,
@@ -482,8 +530,9 @@ class Stepper {
   }
 
   /**
-   * The error that the projection of the end adds, 1 where it is just permitted. Near rank loss a move along the
-   * direction in which the start of the step would be projected is no error of the step; the rest of it is.
+   * The error that the projection of the end adds, 1 where it is just permitted. Near rank loss a move along
+   * the direction in which the start of the step would be projected is no error of the step; the rest of it
+   * is.
    */
   projection_error() {
     const { plan, system, next, n, q, u, t, moved } = this,

@@ -1,7 +1,9 @@
 // A model's programs with values for its parameters, inputs and modes: accelerations and everything else that
 // is evaluated at a state.
 
-/** Largest defect of a rotation or an axis from parameters alone, and of a rotation that depends on a state. */
+/**
+ * Largest defect of a rotation or an axis from parameters alone, and of a rotation that depends on a state.
+ */
 const PARAMETER_DEFECT = 1e-9,
   STATE_DEFECT = 1e-5;
 /** Largest angle between welded frames, in rad. */
@@ -156,7 +158,9 @@ class System {
     return { kind: "singular_mass_matrix", coordinate, pivot, negative };
   }
 
-  /** The first of the model's assumptions that does not hold at a state, or without one; `null` where all do. */
+  /**
+   * The first of the model's assumptions that does not hold at a state, or without one; `null` where all do.
+   */
   broken_assumption(t, q, u, of_state) {
     const values = this.value("assumptions", t, q, u),
       assumptions = this.model.assumptions ?? [];
@@ -201,8 +205,8 @@ function why_not(kind, x, constant) {
     const length = Math.sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
     return Math.abs(length - 1) <= PARAMETER_DEFECT
       ? null
-      : `divided by its length it has the length ${length}, as the square of that is none that a number can hold; ` +
-          `give a length near 1`;
+      : `divided by its length it has the length ${length}, as the square of that is none that a number ` +
+          `can hold; give a length near 1`;
   }
   if (kind === "rotation") {
     const defect = orthonormal_defect(x);

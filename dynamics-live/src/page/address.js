@@ -19,7 +19,9 @@ function remember() {
   if (alone) return;
   clearTimeout(addressTimer);
   // Browsers refuse addresses that change many times a second, and in some frames all of them.
-  addressTimer = setTimeout(() => { try { history.replaceState(null, "", "#" + link()); } catch { /* no address */ } }, 300);
+  addressTimer = setTimeout(() => {
+    try { history.replaceState(null, "", "#" + link()); } catch { /* A frame without an address. */ }
+  }, 300);
 }
 function recall() {
   const given = new URLSearchParams(location.hash.slice(1)), [usual] = MODEL.starts;
@@ -45,8 +47,10 @@ function recall() {
     refusal = player.begin({ ...usual, q: Float64Array.from(usual.q), u: Float64Array.from(usual.u) });
     if (refusal) throw new Error(refusal);
   }
-  const method = given.get("method") in METHODS ? given.get("method") : MODEL.method, accuracy = get("accuracy", MODEL.accuracy);
-  return { method, accuracy: accuracy > 0 ? accuracy : MODEL.accuracy };
+  const method = given.get("method"), accuracy = get("accuracy", MODEL.accuracy);
+  return {
+    method: method in METHODS ? method : MODEL.method, accuracy: accuracy > 0 ? accuracy : MODEL.accuracy,
+  };
 }
 function recalled({ method, accuracy }) {
   parameterSliders.forEach((slider, i) => slider?.set(player.motion.p[i]));
@@ -95,17 +99,19 @@ function rust() {
   const parameters = fieldsOf(MODEL.parameters, player.motion.p).map(([name, value]) => `${name}: ${value}`);
   if (MODEL.functions?.length) parameters.push("..model");
   const set = [
-    ...fieldsOf(MODEL.coordinates, q), ...fieldsOf(MODEL.coordinates, u).map(([name, value]) => [name + "_rate", value]),
+    ...fieldsOf(MODEL.coordinates, q),
+    ...fieldsOf(MODEL.coordinates, u).map(([name, value]) => [name + "_rate", value]),
     ...fieldsOf(MODEL.inputs, player.w), ...(t ? [["at_time", literal(t)]] : []),
   ].map(([name, value]) => `.${name}(${value})`);
   MODEL.rows.forEach(({ name, switched }, row) => {
     const first = MODEL.rows.findIndex((other) => other.switched === switched) === row;
     if (Number.isInteger(switched) && first && m[switched] !== 0) set.push(`.release("${name}")`);
   });
-  // The implicit midpoint rule has no fixed steps in the library; its method for stiff problems takes a tolerance.
+  // The library has no implicit midpoint rule; its method for stiff problems takes a tolerance.
   const steps = METHODS[method].fixed && method !== "midpoint" ? `fixed_step(${literal(accuracy)})`
     : `tolerance(${method === "midpoint" ? "1e-9" : literal(accuracy)})`;
-  const until = literal(Number((t + Math.max(10 * player.pace, player.time(player.last) - t)).toPrecision(3)));
+  const length = Math.max(10 * player.pace, player.time(player.last) - t);
+  const until = literal(Number((t + length).toPrecision(3)));
   return `let model = ${MODEL.name} { ${parameters.join(", ")} };\n`
     + `let start = model.state()${set.join("")}.build()?;\n`
     + `let method = dynamics::methods::${RUST_METHODS[method] ?? "Dop853"};\n`

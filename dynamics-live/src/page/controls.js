@@ -23,11 +23,15 @@ function bindSymbols(equations) {
     symbol.addEventListener("click", () => {
       const [slider] = slidersOf.get(name) ?? [];
       if (!slider) return;
-      for (let at = slider.row.closest("details"); at; at = at.parentElement.closest("details")) at.open = true;
+      for (let at = slider.row; (at = at.parentElement.closest("details"));) at.open = true;
       slider.input.focus();
     });
   }
 }
+
+const STEPS_OF_KEYS = {
+  ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10,
+};
 
 // A value between two ends; `change(value)` returns what refuses it, in words, or null.
 class Slider {
@@ -64,14 +68,18 @@ class Slider {
     slidersOf.set(name, [...(slidersOf.get(name) ?? []), this]);
     input.addEventListener("input", () => this.choose(this.valueAt(input.valueAsNumber)));
     input.addEventListener("keydown", (event) => {
-      const steps = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10 }[event.key];
+      const steps = STEPS_OF_KEYS[event.key];
       if (!steps) return;
       event.preventDefault();
       event.stopPropagation();
       this.choose(this.valueAt(clamp(input.valueAsNumber + steps / 100, 0, 1)));
     });
-    for (const [kind, on] of [["pointerenter", true], ["focusin", true], ["pointerleave", false], ["focusout", false]]) {
-      row.addEventListener(kind, () => { if (on || !row.contains(document.activeElement)) glow(name, on); });
+    for (const kind of ["pointerenter", "focusin"]) row.addEventListener(kind, () => glow(name, true));
+    for (const kind of ["pointerleave", "focusout"]) {
+      row.addEventListener(kind, ({ relatedTarget }) => {
+        const kept = kind === "focusout" ? row.contains(relatedTarget) : row.contains(document.activeElement);
+        if (!kept) glow(name, false);
+      });
     }
   }
   // Three digits, but the middle of a slider about 0 can be met.
@@ -130,7 +138,8 @@ function fold(into, title) {
 function makeArray(into, name, members, made) {
   const [first] = members, symbol = /<mi[^>]*>.*?<\/mi>/.exec(first.symbol)?.[0] ?? first.symbol;
   const all = new Slider(into, {
-    ...first, id: first.id + "-all", name, symbol, about: `all ${members.length} of ${name}. ${first.about ?? ""}`,
+    ...first, id: first.id + "-all", name, symbol,
+    about: `all ${members.length} of ${name}. ${first.about ?? ""}`,
     change: (v) => {
       const refusal = first.changeAll(members.map(({ index }) => index), v);
       if (!refusal) for (const member of members) made.get(member).set(v);

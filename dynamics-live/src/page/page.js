@@ -34,7 +34,9 @@ let sayTimer;
 function say() {
   clearTimeout(sayTimer);
   sayTimer = setTimeout(() => {
-    const y = player.show(), shown = MODEL.coordinates.slice(0, 6).map(({ name, unit }, i) => `${name} = ${number(y[i])} ${unit}`.trim());
+    const y = player.show();
+    const shown = MODEL.coordinates.slice(0, 6)
+      .map(({ name, unit }, i) => `${name} = ${number(y[i])} ${unit}`.trim());
     if (N > 6) shown.push(`and ${N - 6} more`);
     const text = `t = ${timeWords(player.time())}: ${shown.join(", ")}`;
     $("live").textContent = text;
@@ -84,28 +86,32 @@ const pacing = {
     if (this.wanted < 0.8) return;
     const share = this.reached / this.wanted, { motion } = player;
     const rate = player.now.slice(N).reduce((most, u) => Math.max(most, Math.abs(u)), 0);
-    const step = `steps of ${number(motion.t - (motion.t0 ?? motion.t), 2)} s, rates up to ${number(rate, 2)} per second`;
+    const step = `steps of ${number(motion.t - motion.t0, 2)} s, rates up to ${number(rate, 2)} per second`;
     this.clear();
+    const speed = `×${number(share * player.speed, 2)}`;
     if (share < 1e-3) this.slow = `does not get ahead: ${step}`;
-    else if (share < 0.93) this.slow = `×${number(share * player.speed, 2)}: as fast as this device computes it (${step})`;
+    else if (share < 0.93) this.slow = `${speed}: as fast as this device computes it (${step})`;
   },
 };
 
 // ---- the picture under the finger
 
-const turnable = picture.space ? makeTurnable($("picture"), picture.space, () => { dirty = true; }, takesPoint) : null;
-function takesPoint(event) {
-  const box = $("picture").getBoundingClientRect();
-  if (picture.held) return picture.held.pointer === event.pointerId;
-  return event.isPrimary && Boolean(picture.handleAt(event.clientX - box.left, event.clientY - box.top, event.pointerType === "touch"));
+const turnable = picture.space
+  ? makeTurnable($("picture"), picture.space, () => { dirty = true; }, takesPoint) : null;
+// The point that a press takes hold of, or null.
+function pointUnder(event) {
+  const box = $("picture").getBoundingClientRect(), fingers = event.pointerType === "touch";
+  if (picture.held || !event.isPrimary || event.button) return null;
+  return picture.handleAt(event.clientX - box.left, event.clientY - box.top, fingers);
 }
-let pressed = null;   // whether the last press took a point
+function takesPoint(event) {
+  return picture.held ? picture.held.pointer === event.pointerId : Boolean(pointUnder(event));
+}
+let pressed = false;   // whether the last press took a point
 function listenToPicture() {
   const canvas = $("picture");
   canvas.addEventListener("pointerdown", (event) => {
-    const box = canvas.getBoundingClientRect();
-    const handle = picture.held || !event.isPrimary || event.button ? null
-      : picture.handleAt(event.clientX - box.left, event.clientY - box.top, event.pointerType === "touch");
+    const handle = pointUnder(event);
     pressed = Boolean(handle);
     if (!handle) return;
     picture.take(event, handle);
@@ -126,7 +132,9 @@ function listenToPicture() {
       dirty = true;
     });
   }
-  canvas.addEventListener("click", () => { if (!pressed && !turnable?.dragged) setPlaying(!player.playing); });
+  canvas.addEventListener("click", () => {
+    if (!pressed && !turnable?.dragged) setPlaying(!player.playing);
+  });
   canvas.addEventListener("keydown", nudgeByKey);
   for (const kind of ["focus", "blur"]) canvas.addEventListener(kind, () => { dirty = true; });
 }
@@ -156,12 +164,13 @@ function listenToKeys() {
   document.addEventListener("keydown", (event) => {
     const within = (selector) => event.target.closest?.(selector);
     // What a focused control does with its keys is its own affair.
-    if (event.ctrlKey || event.metaKey || event.altKey || within("select, summary, dialog")
-      || (event.key === " " && within("button")) || (event.key.startsWith("Arrow") && within("input"))) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || within("select, summary, dialog")) return;
+    if ((event.key === " " && within("button")) || (event.key.startsWith("Arrow") && within("input"))) return;
     const far = event.shiftKey ? RATE : RATE / 10;
     const actions = {
       " ": () => setPlaying(!player.playing), r: backToStart, R: backToStart,
-      ArrowLeft: () => stepBy(-far), ArrowRight: () => stepBy(far), ",": () => stepBy(-1), ".": () => stepBy(1),
+      ArrowLeft: () => stepBy(-far), ArrowRight: () => stepBy(far),
+      ",": () => stepBy(-1), ".": () => stepBy(1),
       ...(picture.space ? keysOfSpace(picture.space) : {}),
     };
     if (!Object.hasOwn(actions, event.key)) return;
@@ -194,11 +203,14 @@ const probe = {
     const end = Math.min(player.start.t + 10 * player.pace, player.end), y = new Float64Array(2 * N);
     let fine = this.begun || this.begin();
     while (fine && this.next <= end && performance.now() < deadline) {
-      while (fine && shadow.t < this.next && performance.now() < deadline) fine = shadow.step(method, accuracy, Infinity);
+      while (fine && shadow.t < this.next && performance.now() < deadline) {
+        fine = shadow.step(method, accuracy, Infinity);
+      }
       if (!fine || shadow.t < this.next) break;
       if (this.next < shadow.t) shadow.at(this.next, y);
       else { y.set(shadow.q); y.set(shadow.u, N); }
-      for (let i = 0; i < 2 * N; i++) { this.lo[i] = Math.min(this.lo[i], y[i]); this.hi[i] = Math.max(this.hi[i], y[i]); }
+      this.lo = this.lo.map((lo, i) => Math.min(lo, y[i]));
+      this.hi = this.hi.map((hi, i) => Math.max(hi, y[i]));
       if (picture.program) picture.include(picture.sample(this.next, y, shadow));
       this.next += player.pace / 30;
     }
@@ -225,17 +237,20 @@ function drawAll() {
   if (chartDirty) {
     chartDirty = false;
     precision.draw();
-    $("horizon").textContent = `after ${number(precision.span ?? 5 * player.pace)} s` + (precision.busy ? " …" : "");
+    const span = number(precision.span ?? 5 * player.pace);
+    $("horizon").textContent = `after ${span} s` + (precision.busy ? " …" : "");
   }
   $("time").textContent = timeWords(player.time());
-  $("scale").textContent = picture.spacing ? `grid ${number(picture.spacing)} ${MODEL.length_unit ?? ""}`.trim() : "";
-  $("scrub").value = player.last > player.first ? (player.head - player.first) / (player.last - player.first) : 1;
+  const { spacing } = picture, { first, last, head } = player;
+  $("scale").textContent = spacing ? `grid ${number(spacing)} ${MODEL.length_unit ?? ""}`.trim() : "";
+  $("scrub").value = last > first ? (head - first) / (last - first) : 1;
   if (!player.playing) $("scrub").setAttribute("aria-valuetext", timeWords(player.time()));
   const { shown } = player, part = player.scale > 0 ? Math.abs(shown.drift) / player.scale : 0;
   $("drift").textContent = `drift ${part < 1e-16 ? "0" : number(part, 2)}`;
   $("drift").classList.toggle("bad", part > 0.01);
   $("residual-now").textContent = number(shown.residual, 2);
-  if (!player.held) setStatus(player.reason && player.head >= player.last - 1 ? player.reason : player.playing ? pacing.slow : "");
+  if (player.held) return;
+  setStatus(player.reason && head >= last - 1 ? player.reason : player.playing ? pacing.slow : "");
 }
 function tick(clock) {
   if (alone && !inSight.has($("picture"))) {
@@ -276,12 +291,16 @@ function listen() {
     dirty = true;
   });
   for (const factor of [0.1, 0.25, 0.5, 1, 2, 5, 10]) {
-    $("speed").append(new Option(number(Number((factor * player.pace).toPrecision(6))) + " ×", factor, factor === 1, factor === 1));
+    const speed = Number((factor * player.pace).toPrecision(6));
+    $("speed").append(new Option(number(speed) + " ×", factor, factor === 1, factor === 1));
   }
-  $("speed").addEventListener("change", ({ target }) => { player.speed = Number(target.value); pacing.clear(); });
+  $("speed").addEventListener("change", ({ target }) => {
+    player.speed = Number(target.value);
+    pacing.clear();
+  });
   $("reset").addEventListener("click", resetParameters);
   $("share").addEventListener("click", () =>
-    copy(location.href.split("#")[0] + "#" + link(), "Link copied: it opens this start with these parameters"));
+    copy(`${location.href.split("#")[0]}#${link()}`, "Link copied: it opens this start and parameters"));
   $("rust").addEventListener("click", () => copy(rust(), "Copied: the same start as Rust"));
   $("csv").addEventListener("click", saveCsv);
   addEventListener("hashchange", () => {
@@ -331,10 +350,13 @@ function begin() {
   probe.work(performance.now() + 25);
   requestAnimationFrame(tick);
   if (!reducedMotion() && !still()) setPlaying(true);
-  if (!picture.handles().length && picture.program) $("hint").textContent = "";
-  if (picture.space) $("hint").textContent += ($("hint").textContent ? "; " : "") + "drag the ground to turn, scroll or pinch to zoom";
+  const hints = picture.handles().length ? [$("hint").textContent] : [];
+  if (picture.space) hints.push("drag the ground to turn, scroll or pinch to zoom");
+  if (picture.program) $("hint").textContent = hints.join("; ");
   if (!$("hint").classList.contains("stays")) setTimeout(() => $("hint").classList.add("gone"), 9000);
 }
 // For tests: what a frame costs, and the motion.
-window.live = { get frames() { return frames; }, get spent() { return spent; }, player, picture, precision, link, rust, csv };
+window.live = {
+  get frames() { return frames; }, get spent() { return spent; }, player, picture, precision, link, rust, csv,
+};
 begin();

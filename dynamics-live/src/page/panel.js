@@ -6,8 +6,13 @@ const rateSymbol = (symbol) =>
   symbol.replace(/<mi[^>]*>.*?<\/mi>/, '<mover>$&<mo>˙</mo></mover>');
 let parameterSliders = [], startSliders = [], inputSliders = [];
 
+// Sets numbers of a list under the motion; what refuses is returned.
+const setterOf = (list) => (indices, v) => player.change("parameters", () => {
+  for (const i of indices) list[i] = v;
+});
+
 function makeParameters() {
-  const set = (indices, v) => player.change("parameters", () => { for (const i of indices) player.motion.p[i] = v; });
+  const set = setterOf(player.motion.p);
   const items = MODEL.parameters.map((parameter, index) => {
     const [lo, hi] = parameter.range ?? endsOf(parameter.value);
     return { ...parameter, id: "p" + index, index, lo, hi, change: (v) => set([index], v), changeAll: set };
@@ -18,9 +23,9 @@ function makeParameters() {
   $("parameter-group").hidden = !shown.length;
 }
 function makeInputs() {
-  const set = (indices, v) => player.change("parameters", () => { for (const i of indices) player.w[i] = v; });
+  const set = setterOf(player.w);
   const items = MODEL.inputs.map((input, index) => {
-    const [lo, hi] = input.range ?? (input.value ? [-2 * Math.abs(input.value), 2 * Math.abs(input.value)] : [-10, 10]);
+    const most = 2 * Math.abs(input.value) || 10, [lo, hi] = input.range ?? [-most, most];
     return { ...input, id: "w" + index, index, lo, hi, change: (v) => set([index], v), changeAll: set };
   });
   inputSliders = makeSliders($("inputs"), items);
@@ -68,7 +73,8 @@ function syncStart() {
   startSliders.forEach((slider, i) => slider.set(i < N ? q[i] : u[i - N]));
 }
 function resetParameters() {
-  const refusal = player.change("parameters", () => MODEL.parameters.forEach(({ value }, i) => { player.motion.p[i] = value; }));
+  const usual = MODEL.parameters.map(({ value }) => value);
+  const refusal = player.change("parameters", () => player.motion.p.set(usual));
   if (refusal) toast(refusal);
   parameterSliders.forEach((slider, i) => slider?.set(player.motion.p[i]));
 }
@@ -99,16 +105,17 @@ function setMethod(method, accuracy) {
 }
 function makeMethods() {
   for (const [id, { name }] of Object.entries(METHODS)) $("method").append(new Option(name, id));
-  $("method").addEventListener("change", ({ target }) =>
-    setMethod(target.value, METHODS[target.value].fixed ? Number((0.01 * player.pace).toPrecision(3)) : 1e-8));
+  $("method").addEventListener("change", ({ target: { value } }) =>
+    setMethod(value, METHODS[value].fixed ? Number((0.01 * player.pace).toPrecision(3)) : 1e-8));
   $("accuracy").addEventListener("change", ({ target }) => setMethod(player.method, Number(target.value)));
   for (const id of compared) $("methods").append(key(METHODS[id].name, TINTS[id] ?? "teal"));
   $("precision").addEventListener("pointerdown", ({ offsetX, offsetY }) => {
     const run = precision.runAt(offsetX, offsetY);
     if (!run) return;
     setMethod(run.method, run.accuracy);
-    const { name, fixed } = METHODS[run.method], error = run.failed ? "fails" : `error ${number(run.error, 2)} ${precision.unit ?? "(relative)"}`;
-    toast(`${name}, ${fixed ? "step" : "tolerance"} ${number(run.accuracy)}: ${run.cost} evaluations, ${error}`);
+    const { name, fixed } = METHODS[run.method], made = `${run.cost} evaluations`;
+    const error = run.failed ? "no end" : `error ${number(run.error, 2)} ${precision.unit ?? "(relative)"}`;
+    toast(`${name}, ${fixed ? "step" : "tolerance"} ${number(run.accuracy)}: ${made}, ${error}`);
   });
 }
 function key(name, tint) {
@@ -134,8 +141,12 @@ function makePlots() {
   if (MODEL.rows.length) plots.push(new ResidualPlot($("residual"), player));
   player.channels.forEach((channel, k) => addPlot(channel, k));
   plots.push(phase);
-  MODEL.coordinates.forEach(({ name }, i) => $("which").append(new Option(name, i, i === phase.which, i === phase.which)));
-  $("which").addEventListener("change", ({ target }) => { phase.choose(Number(target.value)); dirty = true; });
+  MODEL.coordinates.forEach(({ name }, i) => $("which").append(new Option(name, i)));
+  $("which").value = phase.which;
+  $("which").addEventListener("change", ({ target }) => {
+    phase.choose(Number(target.value));
+    dirty = true;
+  });
   if (!picture.program) makeStrip();
 }
 function addPlot(channel, k) {
@@ -152,8 +163,11 @@ function addPlot(channel, k) {
 }
 // Without anything to draw, the coordinates over time stand in the picture's place.
 function makeStrip() {
-  const [{ unit }] = MODEL.coordinates, shown = MODEL.coordinates.map((c, i) => ({ ...c, i })).filter((c) => c.unit === unit).slice(0, HUES.length);
-  const strip = new TimePlot($("picture"), player, shown.map(({ i }, k) => ({ color: HUES[k], of: ({ y }) => y[i] })), unit);
+  const [{ unit }] = MODEL.coordinates;
+  const all = MODEL.coordinates.map((coordinate, i) => ({ ...coordinate, i }));
+  const shown = all.filter((coordinate) => coordinate.unit === unit).slice(0, HUES.length);
+  const curves = shown.map(({ i }, k) => ({ color: HUES[k], of: ({ y }) => y[i] }));
+  const strip = new TimePlot($("picture"), player, curves, unit);
   picture.draw = () => strip.draw();
   $("hint").replaceChildren(...shown.map(({ name }, k) => key(name, HUES[k])));
   $("hint").className = "keys stays";

@@ -6,52 +6,27 @@ const OWN_COLOR = {
   disc: "accent", dot: "accent", trace: "accent", cuboid: "accent", cone: "accent", ground: "faint",
   pivot: "faint",
 };
-// The figures that the program `drawing` gives the numbers of, or undefined.
-const DRAWN = PROGRAMS.drawing && (PROGRAMS.drawing.figures ?? PROGRAMS.figures);
-// Numbers that pictures read behind the parameters of the model: "running", the number that a curve runs
-// over, or ["start", f] and ["end", f], the ends of a smooth function.
-const EXTRAS = PROGRAMS.drawing?.extras ?? PROGRAMS.extras ?? [];
-const EXTENDED = new Float64Array(MODEL.parameters.length + EXTRAS.length);
-EXTRAS.forEach(([end, index], k) => {
-  const knots = MODEL.functions[index]?.knots;
-  if (knots) EXTENDED[MODEL.parameters.length + k] = knots[end === "start" ? 0 : knots.length - 1];
-});
-// Parameters of a motion, with those numbers behind them.
-function extended(p) {
-  EXTENDED.set(p);
-  return EXTENDED;
-}
 
 // A figure of the painters from one as the macro prints it: [kind, offsets, style, extra].
 //
-// `kind` is that of `Figure` in lower case. `offsets` are the places of its numbers in the results of
-// `drawing`, in the order of `Shape::numbers`; [first, count] stands for `count` places one after another.
-// `style` is { color, fill, width, dashed }, each where it is not usual. `extra` is { dimension, closed,
-// filled, coils, text, beside, name }; `seconds: true` where a trace has its length as a number, `shown: true`
-// where the last number says whether the figure is drawn. A curve has { segments, point }: the program of a
-// point, with the running number as one more parameter.
-function figureOf([name, offsets, style = {}, extra = {}]) {
+// `kind` is that of `Figure` in lower case. `offsets` are the places of its numbers in the results of its
+// program; [first, count] stands for `count` places one after another. `style` is { color, fill, width,
+// dashed }, each where it is not usual. `extra` is { dimension, closed, filled, coils, text, beside, name };
+// `seconds: true` where a trace has its length behind its point, and `shown: true` where the last number is
+// zero while the figure is not drawn.
+function figureOf([kind, offsets, style = {}, extra = {}]) {
   const run = ([first, count]) => Array.from({ length: count }, (_, k) => first + k);
   const at = offsets.flatMap((offset) => (Array.isArray(offset) ? run(offset) : [offset]));
-  const curve = name === "curve", dimension = extra.dimension ?? DIMENSION;
-  const k = name === "circle" && extra.filled ? "disc" : name === "polyline" || curve ? "line" : name;
-  const { color = "auto", fill, width = 2, dashed } = style;
+  const k = kind === "circle" && extra.filled ? "disc" : kind === "polyline" ? "line" : kind;
+  const { color = "auto", fill, width, dashed } = style, { dimension = DIMENSION } = extra;
   const figure = {
-    k, f: fill, w: width, d: dashed, z: extra.closed, b: extra.beside, name: extra.name, s: extra.tail,
+    k, f: fill, w: width, d: dashed, z: extra.closed, b: extra.beside,
     c: color === "auto" ? OWN_COLOR[k] ?? "ink" : color,
   };
   const shown = extra.shown ? at.pop() : null, seconds = extra.seconds ? at.pop() : null;
-  if (k === "line") figure.n = curve ? extra.segments + 1 : at.length / dimension;
-  if (k === "spring") figure.n = extra.coils ?? 9;
-  const point = curve ? bound(extra.point) : null;
-  return { figure, at, dimension, shown, seconds, point, words: extra.text ?? "" };
-}
-// A program with a place for its constants and its results, and whether it reads q̈ or λ.
-function bound(program) {
-  return {
-    program, k: new Float64Array(program.constants ?? 0), out: new Float64Array(program.results),
-    dynamic: /\b[al]\[/.test(program.run),
-  };
+  if (k === "line") figure.n = at.length / dimension;
+  if (k === "spring") figure.n = extra.coils;
+  return { figure, at, dimension, shown, seconds, words: extra.text ?? "" };
 }
 
 // The picture of a model without one of its own: a chain from the origin through its points, as
@@ -76,18 +51,18 @@ function defaultFigures(points) {
 
 // A picture without named points is taken hold of by its discs and dots.
 function pointsFromDrawing() {
-  const { drawing } = PROGRAMS;
-  if (PROGRAMS.points || !DRAWN) return;
-  const held = DRAWN.map(figureOf).filter(({ figure }) => figure.k === "disc" || figure.k === "dot");
-  const at = held.flatMap(({ at, dimension }) => at.slice(0, dimension)), numbers = new Float64Array(drawing.results);
+  const { drawing, figures } = PROGRAMS;
+  if (PROGRAMS.points || !figures) return;
+  const held = figures.map(figureOf).filter(({ figure }) => figure.k === "disc" || figure.k === "dot");
+  const at = held.flatMap(({ at, dimension }) => at.slice(0, dimension));
+  const numbers = new Float64Array(drawing.results);
   if (!at.length) return;
   MODEL.points = held.map(({ figure, dimension }, k) => ({ name: `${figure.k} ${k + 1}`, dimension }));
   PROGRAMS.points = {
     ...drawing, results: at.length, dimensions: MODEL.points.map(({ dimension }) => dimension),
-    hoist: (p, f, k) => drawing.hoist?.(extended(p), f, k),
-    run(p, ...given) {
+    run(...given) {
       const out = given.pop();
-      drawing.run(extended(p), ...given, numbers);
+      drawing.run(...given, numbers);
       at.forEach((place, k) => { out[k] = numbers[place]; });
     },
   };
@@ -98,14 +73,16 @@ class Picture {
   constructor(canvas, player) {
     this.canvas = canvas;
     this.player = player;
-    this.space = MODEL.space ? makeSpace({ half: [1, 1, 1], eye: MODEL.eye ?? [-Math.PI / 3, Math.PI / 7] }) : null;
+    // The eye of recorded pages.
+    const eye = MODEL.eye ?? [-60, 25].map((degrees) => degrees * Math.PI / 180);
+    this.space = MODEL.space ? makeSpace({ half: [1, 1, 1], eye }) : null;
     this.painter = makePaint(this.space);
-    const points = PROGRAMS.points && MODEL.points.length ? MODEL.points : null;
-    const program = DRAWN ? PROGRAMS.drawing : points && PROGRAMS.points;
-    this.program = program ? bound(program) : null;
-    this.figures = (DRAWN ?? (points ? defaultFigures(points) : [])).map(figureOf);
+    const { drawing, figures, points } = PROGRAMS, program = figures ? drawing : points;
+    this.program = program ?? null;
+    this.dynamic = /\b[al]\[/.test(program?.run);   // whether it reads q̈ or λ
+    this.k = new Float64Array(program?.constants ?? 0);
+    this.figures = (figures ?? (points ? defaultFigures(MODEL.points) : [])).map(figureOf);
     this.traces = this.figures.flatMap(({ figure }, k) => (figure.k === "trace" ? [k] : []));
-    this.running = MODEL.parameters.length + EXTRAS.indexOf("running");
     this.seen = new Float64Array(MODEL.parameters.length).fill(NaN);   // parameters of the constants
     // The origin of a default picture stands behind the results.
     this.numbers = new Float64Array(program ? program.results + DIMENSION : 0);
@@ -119,48 +96,30 @@ class Picture {
     player.onRecord = (instant) => this.record(instant);
   }
 
-  // The results of a program at a state. Constants are computed anew where parameters have changed.
-  run({ program, k, out, dynamic }, motion, t, q, u) {
-    const { system } = motion, { a, l } = this;
-    if (dynamic && !this.solved) {
+  // The numbers of every figure at a state, as its painter takes them; null for one that is not drawn.
+  sample(t, y, motion = this.player.motion) {
+    const q = y.subarray(0, N), u = y.subarray(N), { program, k, a, l, numbers } = this, { system } = motion;
+    if (this.dynamic) {
       const count = system.evaluations;
       if (!system.accelerate(t, q, u, a, l)) { a.fill(NaN); l.fill(NaN); }
       system.evaluations = count;
-      this.solved = true;
     }
-    program.run(EXTENDED, k, system.f, t, q, u, system.w, system.m, a, l, out);
-    return out;
-  }
-  // The numbers of every figure at a state, as its painter takes them; null for one that is not drawn.
-  sample(t, y, motion = this.player.motion) {
-    const q = y.subarray(0, N), u = y.subarray(N), { program } = this.program, { p } = motion;
-    extended(p);
-    if (p.some((value, i) => value !== this.seen[i])) {
-      this.seen.set(p);
-      program.hoist?.(EXTENDED, motion.system.f, this.program.k);
+    // Constants are computed anew where parameters have changed.
+    if (system.p.some((value, i) => value !== this.seen[i])) {
+      this.seen.set(system.p);
+      program.hoist?.(system.p, system.f, k);
     }
-    this.solved = false;
-    this.numbers.set(this.run(this.program, motion, t, q, u));
+    program.run(system.p, k, system.f, t, q, u, system.w, system.m, a, l, numbers);
     return this.figures.map((item) => {
-      if (item.shown !== null && !this.numbers[item.shown]) return null;
-      const v = item.point ? this.curve(item, motion, t, q, u) : this.numbersOf(item, (k) => this.numbers[item.at[k]]);
+      if (item.shown !== null && numbers[item.shown] === 0) return null;
+      const v = this.numbersOf(item);
       return v.every(Number.isFinite) ? v : null;
     });
   }
-  // The points of a curve.
-  curve(item, motion, t, q, u) {
-    const [from, to] = item.at.map((k) => this.numbers[k]), { figure, point } = item, values = [];
-    for (let k = 0; k < figure.n; k++) {
-      const part = k / (figure.n - 1);
-      EXTENDED[this.running] = from * (1 - part) + to * part;
-      point.program.hoist?.(EXTENDED, motion.system.f, point.k);
-      values.push(...this.run(point, motion, t, q, u));
-    }
-    return this.numbersOf(item, (k) => values[k]);
-  }
   // In space, a point of the plane stands in the plane of x and z.
-  numbersOf({ figure, dimension }, of) {
+  numbersOf({ figure, at, dimension }) {
     const v = [], count = pointsOf(figure), rest = numbersAfterPoints[figure.k] ?? 0;
+    const of = (k) => this.numbers[at[k]];
     for (let k = 0; k < count * dimension; k += dimension) {
       if (this.space && dimension === 2) v.push(of(k), 0, of(k + 1));
       else for (let axis = 0; axis < dimension; axis++) v.push(of(k + axis));
@@ -212,7 +171,7 @@ class Picture {
     if (!box || !(box.lo[0] <= box.hi[0])) return;
     const middle = box.lo.map((lo, axis) => (lo + box.hi[axis]) / 2);
     const sides = box.lo.map((lo, axis) => (box.hi[axis] - lo) / 2);
-    const most = Math.max(...sides), least = Math.max(1e-9 * Math.max(...middle.map(Math.abs)), Number.MIN_VALUE);
+    const most = Math.max(...sides), least = 1e-9 * Math.max(...middle.map(Math.abs));
     const half = sides.map((side) => (most > least ? Math.max(side, 0.02 * most) : 1));
     const part = this.half && !reducedMotion() ? 0.12 : 1, toward = (a, b) => a + part * (b - a);
     const before = this.half ?? half;
@@ -225,7 +184,8 @@ class Picture {
   }
   // Scale and place of the middle that leave room at the edges for signs of fixed size.
   fit(width, height) {
-    const words = this.figures.some(({ figure }) => figure.k === "text"), edge = Math.min(34, 0.09 * Math.min(width, height));
+    const words = this.figures.some(({ figure }) => figure.k === "text");
+    const edge = Math.min(34, 0.09 * Math.min(width, height));
     let [left, right, down, up] = [-this.half[0], this.half[0], -this.half[1], this.half[1]];
     if (this.space) {
       const corners = (visit) => {
@@ -258,11 +218,11 @@ class Picture {
     const { player } = this, nowhere = new Array(DIMENSION).fill(NaN);
     this.traces.forEach((k, index) => {
       const { figure, seconds } = this.figures[k], place = (v) => (v ? this.shift(figure, v) : nowhere);
-      const length = seconds === null ? figure.s : this.numbers[seconds];
+      const reach = seconds === null ? null : Math.ceil(this.numbers[seconds] / player.dt);
       this.painter.drawTrace(pen, figure, "blue", {
         at: (instant) => place(player.instant(instant).trace[index]), head: place(sample[k]),
         first: player.first, end: Math.min(Math.floor(player.head), player.last),
-        reach: length === undefined ? null : Math.ceil(length / player.dt), perSecond: RATE * player.speed,
+        reach, perSecond: RATE * player.speed,
       });
     });
   }
@@ -278,7 +238,8 @@ class Picture {
     pen.stroke();
   }
   onCanvas(point) {
-    const at = point.map((x, axis) => x - this.middle[axis]), [x, y] = this.space ? this.space.project(at) : at;
+    const at = point.map((x, axis) => x - this.middle[axis]);
+    const [x, y] = this.space ? this.space.project(at) : at;
     return [this.painter.px(x), this.painter.py(y)];
   }
 
@@ -349,14 +310,15 @@ class Picture {
   }
   // Lets go: what moved under the finger at the end flies on as it moved. True where it was moved at all.
   release(event) {
-    const { held, player } = this, { motion } = player, [from] = held.trail, to = held.trail[held.trail.length - 1];
+    const { held, player } = this, { motion } = player, { trail } = held;
+    const [from] = trail, to = trail[trail.length - 1];
     this.held = null;
     player.held = false;
     this.canvas.classList.remove("held");
     if (!from) return false;
     const seconds = (to.at - from.at) / 1000 * player.pace * player.speed;
     // A finger that rests before it lets go does not throw.
-    if (seconds > 0 && event.timeStamp - to.at < 60 && held.trail.length > 2) {
+    if (seconds > 0 && event.timeStamp - to.at < 60 && trail.length > 2) {
       const velocity = to.target.map((x, axis) => (x - from.target[axis]) / seconds);
       motion.throw_point(held.handle.index, this.ofModel(held.handle, velocity));
     }

@@ -10,28 +10,34 @@ const ENERGY_UNIT = MODEL.conserved.find(({ kind }) => /energy/i.test(kind))?.un
   ?? MODEL.powers.find(({ unit }) => unit)?.unit.replace(/^W$/, "J") ?? "J";
 const rateUnit = (coordinate) => (coordinate.unit ? coordinate.unit + "/s" : "1/s");
 
-// A time in which coordinates go through their own range, from some steps of a motion; 0 at rest.
+// A time in which coordinates go through their own range, from some steps of a motion; 0 where they rest or
+// where `milliseconds` were too few to tell.
 function characteristicTime(motion, method, accuracy, milliseconds) {
   const until = performance.now() + milliseconds, begin = motion.t;
-  const lo = Float64Array.from(motion.q), hi = Float64Array.from(motion.q), way = new Float64Array(N);
-  let last = Float64Array.from(motion.q);
-  for (let k = 0; k < 400 && performance.now() < until; k++) {
+  const lo = motion.q.slice(), hi = motion.q.slice(), way = new Float64Array(N);
+  let last = motion.q.slice(), steps = 0;
+  for (; steps < 400 && performance.now() < until; steps++) {
     if (!motion.step(method, accuracy, Infinity)) break;
+    const { q } = motion;
     for (let i = 0; i < N; i++) {
-      lo[i] = Math.min(lo[i], motion.q[i]);
-      hi[i] = Math.max(hi[i], motion.q[i]);
-      way[i] += Math.abs(motion.q[i] - last[i]);
+      lo[i] = Math.min(lo[i], q[i]);
+      hi[i] = Math.max(hi[i], q[i]);
+      way[i] += Math.abs(q[i] - last[i]);
     }
-    last = Float64Array.from(motion.q);
+    last = q.slice();
   }
   const passed = motion.t - begin;
-  let least = Infinity;
+  let least = Infinity, moves = false;
   for (let i = 0; i < N; i++) {
     // Rounding moves what stands still.
     const moved = way[i] > 1e-6 * Math.max(Math.abs(lo[i]), Math.abs(hi[i]));
-    if (moved) least = Math.min(least, (hi[i] - lo[i]) * passed / way[i]);
+    moves ||= moved;
+    // A coordinate that never turned back tells nothing of its range.
+    if (moved && way[i] > 1.2 * (hi[i] - lo[i])) least = Math.min(least, (hi[i] - lo[i]) * passed / way[i]);
   }
-  return Number.isFinite(least) ? least : 0;
+  if (least < Infinity) return least;
+  // What flies off goes ever faster through its steps; only many steps in a short time say that it is fast.
+  return moves && steps === 400 && passed < 0.03 ? passed : 0;
 }
 
 // Which angles the model does not tell from those one turn on: an angle against a spring is none.
@@ -44,7 +50,8 @@ function repeatingAngles(motion) {
     if (!angle) return false;
     const q = Float64Array.from(motion.q);
     q[i] += 2 * Math.PI;
-    return values(q).every((v, k) => Math.abs(v - here[k]) <= 1e-7 * (Math.abs(here[k]) + 1) || Number.isNaN(here[k]));
+    const same = (v, w) => Number.isNaN(w) || Math.abs(v - w) <= 1e-7 * (Math.abs(w) + 1);
+    return values(q).every((v, k) => same(v, here[k]));
   });
 }
 
@@ -82,7 +89,7 @@ class Player {
     if (shadow.refresh() ?? shadow.start(t, q, u, this.w, m)) return;
     this.repeats = repeatingAngles(shadow);
     const accuracy = METHODS[this.method].fixed ? this.accuracy : Math.max(this.accuracy, 1e-6);
-    this.pace = chosenPace(characteristicTime(shadow, this.method, accuracy, 15));
+    this.pace = chosenPace(characteristicTime(shadow, this.method, accuracy, 40));
   }
 
   // `what`: "start", "parameters" or "method", after which nothing that was computed ahead holds.
@@ -91,12 +98,12 @@ class Player {
   get last() { return this.first + this.instants.length - 1; }
   time(k = this.head) { return this.start.t + k * this.dt; }
   instant(k) { return this.instants[k - this.first]; }
-  get end() { return MODEL.until === null || MODEL.until === undefined ? Infinity : this.start.t + MODEL.until; }
+  get end() { return this.start.t + (MODEL.until ?? Infinity); }
 
   // A new start; the text of a refusal, or null. A refused start leaves everything as it was.
   begin(start) {
     const { motion } = this, turn = 2 * Math.PI;
-    const q = start.q.map((x, i) => (this.repeats[i] && Math.abs(x) > Math.PI ? x - turn * Math.round(x / turn) : x));
+    const q = start.q.map((x, i) => (this.repeats[i] ? x - turn * Math.round(x / turn) : x));
     const refusal = this.place(start.t, q, Float64Array.from(start.u), start.m, start.chosen);
     if (refusal) {
       if (this.start) this.resume();
@@ -143,7 +150,7 @@ class Player {
   balance() {
     const energy = this.energy(this.motion.t, this.motion.q, this.motion.u);
     this.reference = energy.E - this.motion.work;
-    this.scale = Math.max(Math.abs(energy.T || 0), Math.abs(energy.V || 0), Math.abs(energy.E || 0));
+    this.scale = sizeOf(energy);
   }
   energy(t, q, u) {
     const [T, V, E] = this.motion.energies(this.energies, t, q, u);
@@ -164,7 +171,7 @@ class Player {
     const q = y.subarray(0, N), u = y.subarray(N), energy = this.energy(t, q, u);
     // Errors are those of the method at the end of its step, not those of the interpolation.
     const exact = t < motion.t ? this.energy(motion.t, motion.q, motion.u) : energy;
-    this.scale = Math.max(this.scale, Math.abs(energy.T || 0), Math.abs(energy.V || 0), Math.abs(energy.E || 0));
+    this.scale = Math.max(this.scale, sizeOf(energy));
     const instant = {
       y, t, begun, m: Array.from(motion.m), energy, drift: exact.E - motion.work - this.reference,
       residual: Math.max(...motion.residual()), channels: null,
@@ -249,9 +256,8 @@ class Player {
   fitStart() {
     const { constraints } = this.motion.system, { t } = this.start;
     const q = this.start.q.slice(), u = this.start.u.slice();
-    if (MODEL.rows.length && constraints.project_positions(t, q, u) && constraints.project_velocities(t, q, u)) {
-      Object.assign(this.start, { q, u });
-    }
+    if (!MODEL.rows.length || !constraints.project_positions(t, q, u)) return;
+    if (constraints.project_velocities(t, q, u)) Object.assign(this.start, { q, u });
   }
 
   // The state between the two instants about the head.
@@ -278,6 +284,9 @@ class Player {
     return { ended: state === "ended", reached: goal > from ? (this.head - from) / (goal - from) : 1 };
   }
 }
+
+// The largest of the energies that are known.
+const sizeOf = ({ T, V, E }) => Math.max(...[T, V, E].map((x) => Math.abs(x) || 0));
 
 // What can be plotted over time, by the names of MODEL.plots; names that are unknown are left out.
 function channelsOf(motion) {

@@ -84,7 +84,8 @@ class TimePlot {
   draw() {
     const drawing = prepare(this.canvas), { player, curves } = this;
     if (!(drawing.width > 1)) return;
-    const end = Math.max(player.head, player.first + Math.min(WINDOW, KEPT)), from = Math.max(player.first, Math.floor(end - WINDOW));
+    const end = Math.max(player.head, player.first + WINDOW);
+    const from = Math.max(player.first, Math.floor(end - WINDOW));
     const to = Math.min(player.last, Math.ceil(player.head));
     const values = curves.map(({ of }) => {
       const column = new Float64Array(Math.max(0, to - from + 1));
@@ -96,7 +97,8 @@ class TimePlot {
     const { X, Y } = drawAxes(drawing, x, { lo, hi, unit: this.unit, ...this.axis });
     clipped(drawing, () => {
       this.markEvents(drawing.pen, X, x);
-      curves.forEach((curve, i) => this.stroke(drawing.pen, curve, values[i], (k) => X(player.time(from + k)), Y));
+      const across = (k) => X(player.time(from + k));
+      curves.forEach((curve, i) => this.stroke(drawing.pen, curve, values[i], across, Y));
     });
   }
   stroke(pen, curve, column, X, Y) {
@@ -123,7 +125,13 @@ class TimePlot {
   }
   follow(values) {
     let lo = Infinity, hi = -Infinity;
-    for (const column of values) for (const v of column) if (Number.isFinite(v)) { lo = Math.min(lo, v); hi = Math.max(hi, v); }
+    for (const column of values) {
+      for (const v of column) {
+        if (!Number.isFinite(v)) continue;
+        lo = Math.min(lo, v);
+        hi = Math.max(hi, v);
+      }
+    }
     if (!(lo <= hi)) [lo, hi] = [-1, 1];
     // What changes by rounding alone stands still.
     const least = this.least * Math.max(Math.abs(lo), Math.abs(hi));
@@ -139,7 +147,8 @@ class TimePlot {
 // The largest residual on an axis of powers of ten.
 class ResidualPlot extends TimePlot {
   constructor(canvas, player) {
-    super(canvas, player, [{ color: "green", of: ({ residual }) => Math.log10(Math.max(residual, 1e-17)) }], "");
+    const of = ({ residual }) => Math.log10(Math.max(residual, 1e-17));
+    super(canvas, player, [{ color: "green", of }], "");
     this.axis = { marks: [-16, -12, -8, -4, 0], label: powerOfTen };
   }
   follow() { return { lo: -17, hi: 1 }; }
@@ -147,7 +156,9 @@ class ResidualPlot extends TimePlot {
 
 // Velocity over coordinate; of angles that repeat, one turn.
 class PhasePlot {
-  constructor(canvas, player) { Object.assign(this, { canvas, player, which: MODEL.phase ?? 0, range: null }); }
+  constructor(canvas, player) {
+    Object.assign(this, { canvas, player, which: MODEL.phase ?? 0, range: null });
+  }
   choose(which) { this.which = which; this.range = null; }
   forget() { this.range = null; }
 
@@ -157,7 +168,8 @@ class PhasePlot {
     const turn = 2 * Math.PI, wrap = player.repeats[i] ? (v) => v - turn * Math.round(v / turn) : (v) => v;
     const to = Math.min(Math.floor(player.head), player.last), from = Math.max(player.first, to - 30 * RATE);
     const range = this.follow(i, from, to, wrap), full = player.repeats[i] && range.far > 1.5;
-    const x = full ? { lo: -Math.PI, hi: Math.PI, marks: [-2, -1, 0, 1, 2].map((k) => k * Math.PI / 2), label: partOfPi, unit: "rad" }
+    const quarters = [-2, -1, 0, 1, 2].map((k) => k * Math.PI / 2);
+    const x = full ? { lo: -Math.PI, hi: Math.PI, marks: quarters, label: partOfPi, unit: "rad" }
       : { lo: range.x[0], hi: range.x[1], unit: coordinate.unit };
     const { X, Y } = drawAxes(drawing, x, { lo: -range.most, hi: range.most, unit: rateUnit(coordinate) });
     const { pen } = drawing, now = player.now;

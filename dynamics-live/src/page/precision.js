@@ -25,11 +25,12 @@ class Precision {
     this.wanted = false;
     this.start = { t, q: Float64Array.from(q), u: Float64Array.from(u), m: Array.from(m) };
     this.span ??= Math.min(5 * player.pace, player.end - t);
-    const [best, accuracies] = this.stiff ? ["midpoint", [this.span / 8000, this.span / 4000]] : ["dop853", [1e-14, 1e-13]];
+    const best = this.stiff ? "midpoint" : "dop853";
+    const accuracies = this.stiff ? [this.span / 8000, this.span / 4000] : [1e-14, 1e-13];
     this.jobs = accuracies.map((accuracy) => ({ method: best, accuracy, reference: true }));
+    const steps = STEPS.map((h) => Number((h * player.pace).toPrecision(3)));
     for (const method of compared) {
-      const { fixed } = METHODS[method], list = fixed ? STEPS.map((h) => Number((h * player.pace).toPrecision(3))) : TOLERANCES;
-      for (const accuracy of list) this.jobs.push({ method, accuracy });
+      for (const accuracy of METHODS[method].fixed ? steps : TOLERANCES) this.jobs.push({ method, accuracy });
     }
   }
   begin() {
@@ -64,8 +65,8 @@ class Precision {
   }
   finish(job, done, fine) {
     const { shadow } = this, cost = shadow.evaluations, state = Float64Array.from(shadow.q);
-    if (!job.reference) { this.runs.push({ ...job, cost, error: done ? this.distance(state) : Infinity }); return; }
-    if (done && this.reference) this.band = Math.max(this.distance(state), 1e-16 * this.size());
+    if (!job.reference) this.runs.push({ ...job, cost, error: done ? this.distance(state) : Infinity });
+    else if (done && this.reference) this.band = Math.max(this.distance(state), 1e-16 * this.size());
     else if (done) this.reference = state;
     else if (fine && !this.stiff) this.restart({ stiff: true });
     else this.shorten(shadow.t - this.start.t);
@@ -105,7 +106,7 @@ class Precision {
     const drawing = prepare(this.canvas), { pen, width, height } = drawing;
     if (!(width > 1)) return;
     this.hits = [];
-    const { x, y } = this.ranges(width), place = drawAxes(drawing, x, y);
+    const { x, y } = this.ranges(), place = drawAxes(drawing, x, y);
     pen.fillStyle = palette.quiet;
     if (this.words) { pen.textAlign = "center"; pen.fillText(this.words, width / 2, height / 2); return; }
     clipped(drawing, () => {
@@ -117,23 +118,28 @@ class Precision {
       for (const method of compared) this.drawMethod(pen, method, place, y);
     });
   }
-  ranges(width) {
+  ranges() {
     const finite = this.runs.filter(({ error }) => error > 0 && Number.isFinite(error));
-    const costs = finite.map(({ cost }) => Math.log10(cost)), errors = finite.map(({ error }) => Math.log10(error));
-    const bottom = this.band ? Math.log10(this.band) : -14, top = Math.min(bottom + 20, Math.max(bottom + 10, ...errors));
+    const costs = finite.map(({ cost }) => Math.log10(cost));
+    const errors = finite.map(({ error }) => Math.log10(error));
+    const bottom = this.band ? Math.log10(this.band) : -14;
+    const top = Math.min(bottom + 20, Math.max(bottom + 10, ...errors));
     const every = (lo, hi, step) => {
       const marks = [];
       for (let k = Math.ceil(lo / step) * step; k <= hi; k += step) marks.push(k);
       return marks;
     };
-    const x = { lo: Math.min(1.8, ...costs) - 0.2, hi: Math.max(4.6, ...costs) + 0.2, label: powerOfTen, unit: "evaluations" };
-    const y = { lo: bottom - 1, hi: top + 1, label: powerOfTen, unit: this.unit ?? "relative" };
-    return { x: { ...x, marks: every(x.lo, x.hi, width < 200 ? 2 : 1) }, y: { ...y, marks: every(y.lo, y.hi, 3) } };
+    const axis = (lo, hi, step, unit) => ({ lo, hi, unit, marks: every(lo, hi, step), label: powerOfTen });
+    return {
+      x: axis(Math.min(1.6, ...costs) - 0.2, Math.max(4.6, ...costs) + 0.2, 1, "evaluations"),
+      y: axis(bottom - 1, top + 1, 3, this.unit ?? "relative"),
+    };
   }
   drawMethod(pen, method, { X, Y }, y) {
     const runs = this.runs.filter((run) => run.method === method).map((run) => {
-      const failed = !Number.isFinite(run.error), error = failed ? y.hi : Math.log10(Math.max(run.error, 1e-300));
-      return { ...run, failed, X: X(Math.log10(Math.max(run.cost, 1))), Y: Y(Math.max(y.lo + 0.3, Math.min(error, y.hi - 0.3))) };
+      const failed = !Number.isFinite(run.error);
+      const error = clamp(Math.log10(run.error), y.lo + 0.3, y.hi - 0.3);
+      return { ...run, failed, X: X(Math.log10(Math.max(run.cost, 1))), Y: Y(error) };
     });
     const chosen = method === this.player.method, mine = chosen ? this.nearest(method) : null;
     pen.strokeStyle = pen.fillStyle = palette[TINTS[method] ?? "teal"];
@@ -150,7 +156,10 @@ class Precision {
   drawRun(pen, run, mine) {
     pen.beginPath();
     if (run.failed) {
-      for (const side of [-1, 1]) { pen.moveTo(run.X - 4, run.Y - 4 * side); pen.lineTo(run.X + 4, run.Y + 4 * side); }
+      for (const side of [-4, 4]) {
+        pen.moveTo(run.X - 4, run.Y - side);
+        pen.lineTo(run.X + 4, run.Y + side);
+      }
       pen.stroke();
       return;
     }

@@ -166,8 +166,8 @@ const MODELS = {
     },
   ],
 
-  // A parallelogram of three equal bars on a base of length b: angles a, b, c; the coupler stays parallel. The
-  // third crank in the middle repeats what the two others hold.
+  // A parallelogram of three equal bars on a base of length b: angles a, b, c; the coupler stays parallel.
+  // The third crank in the middle repeats what the two others hold.
   redundant_four_bar: [
     {
       sizes: sizes(3, { parameters: 2, rows: 4, holonomic: 4 }),
@@ -303,7 +303,8 @@ const MODELS = {
     },
   ],
 
-  // A block on rough ground: x along it, y off it; Q_x = F − μ |λ| where it slides forwards. No solution of its own.
+  // A block on rough ground: x along it, y off it; Q_x = F − μ |λ| where it slides forwards. No solution of
+  // its own.
   rubbing_block: [
     {
       sizes: sizes(2, { parameters: 3, rows: 1, holonomic: 1 }),
@@ -415,8 +416,8 @@ const MODELS = {
     },
   ],
 
-  // Two equal cranks on a base of length 2 and a coupler of length 2: flat at a = b = c = 0, where it may also
-  // go on as an antiparallelogram.
+  // Two equal cranks on a base of length 2 and a coupler of length 2: flat at a = b = c = 0, where it may
+  // also go on as an antiparallelogram.
   parallelogram: [
     {
       sizes: sizes(3, { parameters: 0, rows: 2, holonomic: 2 }),

@@ -23,12 +23,13 @@ use std::rc::Rc;
 
 use dynamics_symbolic::graph::{NodeId, Symbol};
 use dynamics_symbolic::mechanics::{Extra, Figures, NotFollowed, Picture};
+use quote::ToTokens;
 use syn::Expr;
 
 use super::Elaborator;
 use super::values::{Scalar, Value};
 use crate::diagnostics::Diagnostics;
-use crate::syntax::{Function, Role};
+use crate::syntax::{Function, Role, conditions};
 use closures::Closure;
 pub(super) use parsed::Parsed;
 
@@ -76,6 +77,11 @@ impl<'a> Elaborator<'a> {
     fn figures_of(&mut self, index: usize) -> Figures {
         // Lengths in pictures are numbers as one likes them: a force of 30 N may be an arrow of 3 m.
         self.dimensions.active = false;
+        let body = &self.implementation.functions[index].item.block;
+        if let Some((_, condition)) = conditions(body.to_token_stream()).into_iter().next() {
+            // Whether it holds only rustc knows.
+            return Figures::NotFollowed(not_followed::of_tokens(condition));
+        }
         match self.followed_result(index) {
             Ok(Value::Drawing(canvas)) => Figures::Of(canvas.shapes.clone()),
             Ok(_) => Figures::NotFollowed(not_followed::of_function(&self.implementation.functions[index])),

@@ -16,8 +16,8 @@ pub(crate) fn check(item: &ItemImpl, d: &mut Diagnostics) {
     item.attrs.iter().for_each(|attribute| report(attribute.to_token_stream(), d));
     for inner in &item.items {
         match inner {
-            // A picture's body is not followed and stays rustc's own; only whether there is one has to be
-            // known.
+            // A picture's body stays rustc's own, and is not followed where it has conditions; only whether
+            // there is one has to be known.
             ImplItem::Fn(function) if function.attrs.iter().any(is_drawing) => {
                 let attributes = function.attrs.iter().filter(|attribute| !is_drawing(attribute));
                 attributes.for_each(|attribute: &Attribute| report(attribute.to_token_stream(), d));
@@ -30,9 +30,16 @@ pub(crate) fn check(item: &ItemImpl, d: &mut Diagnostics) {
     }
 }
 
-/// Every `#[cfg(..)]`, `#[cfg_attr(..)]` and `#![..]` of them, at any depth. Tokens hold attributes wherever
-/// the language allows them.
 fn report(tokens: TokenStream, d: &mut Diagnostics) {
+    for (name, attribute) in conditions(tokens) {
+        d.error(Place::of(attribute), &messages::cfg_in_model(&name));
+    }
+}
+
+/// Every `#[cfg(..)]`, `#[cfg_attr(..)]` and `#![..]` of them, at any depth: its name and what is in its
+/// brackets. Tokens hold attributes wherever the language allows them.
+pub(crate) fn conditions(tokens: TokenStream) -> Vec<(String, TokenStream)> {
+    let mut found = Vec::new();
     let mut left = vec![tokens];
     while let Some(stream) = left.pop() {
         let mut hash = false;
@@ -42,7 +49,7 @@ fn report(tokens: TokenStream, d: &mut Diagnostics) {
                 TokenTree::Group(group) => {
                     let conditional = hash && group.delimiter() == Delimiter::Bracket;
                     match condition(&group.stream()).filter(|_| conditional) {
-                        Some(name) => d.error(Place::of(group.stream()), &messages::cfg_in_model(&name)),
+                        Some(name) => found.push((name, group.stream())),
                         None => groups.push(group.stream()),
                     }
                     hash = false;
@@ -54,6 +61,7 @@ fn report(tokens: TokenStream, d: &mut Diagnostics) {
         // The last one pushed is looked at first: errors come in the order of the source within a level.
         left.extend(groups.into_iter().rev());
     }
+    found
 }
 
 /// `cfg` or `cfg_attr`, where an attribute begins with it.

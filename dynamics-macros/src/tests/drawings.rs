@@ -7,10 +7,10 @@ use dynamics::prelude::*;
 use dynamics_runtime::model::{Draw, Model, ModelState, Vector};
 use dynamics_symbolic::graph::{Bindings, FunctionId, NodeId, Symbol};
 use dynamics_symbolic::mechanics::{Extra, Figure, Figures, Pen, Picture, Shape};
+use proc_macro2::TokenStream;
 use quote::ToTokens;
 use syn::Item;
 
-use super::model;
 use crate::diagnostics::Diagnostics;
 use crate::elaborate;
 use crate::syntax::{parse_impl, parse_struct};
@@ -314,9 +314,21 @@ fn drawn(shape: &dynamics::output::Shape) -> (String, Vec<f64>) {
     (format!("{words} {pen:?}"), numbers)
 }
 
-/// The picture of a model by its texts.
+/// The picture of a model by its tokens, which has no errors.
+fn picture_of(declaration: TokenStream, implementation: TokenStream) -> Option<Picture> {
+    let mut diagnostics = Diagnostics::new();
+    let declaration = parse_struct(declaration, &mut diagnostics).expect("a struct");
+    let implementation = parse_impl(implementation, &mut diagnostics).expect("a block");
+    let elaborated = elaborate::elaborate(&declaration, &implementation, &mut diagnostics);
+    diagnostics.finish().expect("the model has no errors");
+    elaborated.model.picture
+}
+
+/// The same by its texts.
 fn picture(declaration: &str, implementation: &str) -> Picture {
-    model(declaration, implementation).compiled.model.picture.expect("it has points or a drawing")
+    let [declaration, implementation] =
+        [declaration, implementation].map(|text| text.parse().expect("tokens"));
+    picture_of(declaration, implementation).expect("it has points or a drawing")
 }
 
 fn vector<V: Vector>(values: &[f64]) -> V {
@@ -437,6 +449,7 @@ fn what_is_not_followed_is_told_and_no_error() {
             "let n = if q.x > 0.0 { 2 } else { 3 }; Drawing::new().coils([0.0; 2], [1.0; 2], n)",
             "if q.x > 0.0 { 2 } else { 3 }",
         ),
+        ("#[cfg(test)] let q = q; Drawing::new().dot([q.x, q.x])", "cfg(test)"),
         ("Drawing::new().dot([E, 0.0])", "E"),
     ] {
         assert_eq!(not_followed(body), expression, "{body}");
@@ -469,15 +482,8 @@ fn drawings_of_the_examples_are_followed() {
             let (mut declared, mut block) = (declared.clone(), block.clone());
             declared.attrs.retain(|a| crate::syntax::ATTRIBUTES.iter().any(|own| a.path().is_ident(own)));
             block.attrs.clear();
-            let mut diagnostics = Diagnostics::new();
-            let declaration = parse_struct(declared.into_token_stream(), &mut diagnostics);
-            let implementation = parse_impl(block.into_token_stream(), &mut diagnostics);
-            let (Some(declaration), Some(implementation)) = (declaration, implementation) else {
-                panic!("{name} is no model: {:?}", diagnostics.finish())
-            };
-            let found = elaborate::elaborate(&declaration, &implementation, &mut diagnostics);
-            diagnostics.finish().expect("examples have no errors");
-            match found.model.picture.map(|picture| picture.figures) {
+            let found = picture_of(declared.into_token_stream(), block.into_token_stream());
+            match found.map(|picture| picture.figures) {
                 Some(Figures::Of(_)) => followed += 1,
                 other => panic!("{}: {name}: {other:?}", path.display()),
             }

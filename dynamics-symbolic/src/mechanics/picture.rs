@@ -319,3 +319,49 @@ impl Default for Pen {
         Self { color: "auto".to_owned(), fill: None, width: 2.0, dashed: false }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_of_one_kind_are_joined_number_by_number() {
+        let mut graph = Graph::default();
+        let [a, b, c, d] = [2, 3, 5, 7].map(|n| graph.integer(n));
+        let disc = |x, y, radius, filled| Figure::Circle { center: vec![x, y], radius, filled };
+        let joined = disc(a, b, c, true).joined(&disc(a, d, d, true), |x, y| if x == y { x } else { y });
+        assert_eq!(joined, Some(disc(a, d, d, true)));
+        assert_eq!(disc(a, b, c, true).joined(&disc(a, b, c, false), |x, _| x), None);
+        assert_eq!(disc(a, b, c, true).joined(&Figure::Dot { center: vec![a, b, c] }, |x, _| x), None);
+        let line = |points: &[&[NodeId]]| Figure::Polyline {
+            points: points.iter().map(|point| point.to_vec()).collect(),
+            closed: false,
+        };
+        // Three points of the plane are not two of space.
+        assert_eq!(
+            line(&[&[a, b], &[a, b], &[a, b]]).joined(&line(&[&[a, b, c], &[a, b, c]]), |x, _| x),
+            None
+        );
+    }
+
+    #[test]
+    fn numbers_of_a_picture_are_those_of_its_figures_in_order() {
+        let mut graph = Graph::default();
+        let [a, b, c, d] = [2, 3, 5, 7].map(|n| graph.integer(n));
+        let shape = |figure, shown| Shape { figure, pen: Pen::default(), shown };
+        let curve = Figure::Curve { from: a, to: b, segments: 3, point: vec![c, d] };
+        let trace = Figure::Trace { name: String::new(), at: vec![c, d], seconds: Some(a) };
+        let figures = Figures::Of(vec![shape(curve, None), shape(trace, Some(b))]);
+        let picture = Picture { graph, figures, ..Picture::default() };
+        // The point of a curve has a program of its own.
+        assert_eq!(picture.numbers(), [a, b, c, d, a, b]);
+    }
+
+    #[test]
+    fn what_is_not_followed_is_named_with_its_line() {
+        let mut reason = NotFollowed { expression: "table()".to_owned(), line: Some(12) };
+        assert_eq!(reason.to_string(), "its drawing contains `table()` in line 12, which is not followed");
+        reason.line = None;
+        assert_eq!(reason.to_string(), "its drawing contains `table()`, which is not followed");
+    }
+}

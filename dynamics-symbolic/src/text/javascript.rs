@@ -66,6 +66,12 @@ pub fn javascript(model: &mut Model, equations: &Equations, programs: &Programs)
         Solution::General(_) => None,
     });
     out.extend(unrolled.map(|unrolled| format!("{},\n", bounds(model, unrolled))));
+    if !programs.kinks.functions.is_empty() {
+        // The smooth function whose argument a value is; of others the sign decides.
+        let of = programs.kinks.functions.iter();
+        let of: Vec<String> = of.map(|f| f.map_or_else(|| "null".to_owned(), |f| f.0.to_string())).collect();
+        out.push_str(&format!("kink_functions: [{}],\n", of.join(", ")));
+    }
     if !printed.released.is_empty() {
         out.push_str("released: [\n");
         let sets = equations.constraints.iter().flat_map(|c| &c.released);
@@ -135,6 +141,7 @@ impl<'a> Printed<'a> {
             ("outputs", &programs.outputs),
             ("events", &programs.events),
             ("assumptions", &programs.assumptions),
+            ("kinks", &programs.kinks.program),
         ];
         named.extend(programs.kinetic_energy.iter().map(|p| ("kinetic_energy", p)));
         named.extend(programs.potential_energy.iter().map(|p| ("potential_energy", p)));

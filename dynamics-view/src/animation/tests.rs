@@ -4,9 +4,9 @@ use alloc::vec;
 use serde_json::{Value, json};
 
 use super::clock::Clock;
-use crate::text::fill;
 use super::*;
 use crate::point::tests::Body;
+use crate::text::fill;
 
 /// A disc that goes once around while `angle` counts.
 struct Wheel {

@@ -6,6 +6,7 @@ mod double_pendulum;
 mod engine;
 #[path = "../snapshots/models.rs"]
 mod models;
+mod motions;
 
 use dynamics::prelude::*;
 use models::*;

@@ -60,7 +60,7 @@ pub(super) fn of_function(function: &Function) -> NotFollowed {
     of_tokens(function.name.to_token_stream())
 }
 
-fn of_tokens(tokens: TokenStream) -> NotFollowed {
+pub(super) fn of_tokens(tokens: TokenStream) -> NotFollowed {
     let line = tokens.clone().into_iter().next().and_then(|first| line(first.span()));
     let mut expression = String::new();
     write(tokens, &mut expression);

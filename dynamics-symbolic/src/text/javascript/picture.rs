@@ -6,7 +6,7 @@
 use std::mem;
 
 use crate::graph::NodeId;
-use crate::mechanics::{Figure, Figures, Model, NamedPoint, Picture, Shape, Style};
+use crate::mechanics::{Figure, Figures, Model, NamedPoint, Pen, Picture, Shape};
 use crate::schedule::{Program, Staging, schedule};
 
 use super::super::program::{self, lines};
@@ -24,8 +24,8 @@ pub(super) fn picture(language: &JavaScript, model: &mut Model, picture: Picture
     let mut programs = points_program(language, model, &points);
     let mut in_space = points.iter().any(|point| point.at.len() == 3);
     if let Figures::Of(shapes) = &figures {
-        programs.push_str(&drawing(language, model, shapes));
-        in_space = shapes.iter().any(|shape| is_spatial(&shape.figure));
+        in_space = shapes.iter().any(|shape| dimension(&shape.figure) == 3);
+        programs.push_str(&drawing(language, model, shapes, in_space));
     }
     model.graph = declared;
     let named = points.iter().map(|NamedPoint { name, at }| {
@@ -44,7 +44,7 @@ fn points_program(language: &JavaScript, model: &Model, points: &[NamedPoint]) -
     format!("points: {},\n", super::function(language, model, &program))
 }
 
-fn drawing(language: &JavaScript, model: &Model, shapes: &[Shape]) -> String {
+fn drawing(language: &JavaScript, model: &Model, shapes: &[Shape], in_space: bool) -> String {
     let numbers: Vec<NodeId> = shapes.iter().flat_map(Shape::numbers).collect();
     let program = schedule(&model.graph, "drawing", &numbers, Staging::Inline);
     let mut body = statements(language, model, &program, "out", "  ", |i| i.to_string());
@@ -58,10 +58,9 @@ fn drawing(language: &JavaScript, model: &Model, shapes: &[Shape]) -> String {
                 end += (segments + 1) * point.len();
                 [first, (segments + 1) * point.len()]
             }
-            Figure::Trace { at, .. } => [next, at.len()],
             _ => [next, count],
         };
-        figures.push(figure(shape, own, next + count));
+        figures.push(figure(shape, own, next + count, in_space));
         next += count + usize::from(shape.shown.is_some());
     }
     format!(
@@ -106,65 +105,63 @@ fn curve(
     )
 }
 
-/// `[kind, [[first number, count]], style, extra]`; `after` is the place behind its numbers.
-fn figure(shape: &Shape, [first, count]: [usize; 2], after: usize) -> String {
-    let Style { color, fill, width, dashed } = &shape.style;
+/// `[kind, places of its numbers, style, extra]`; a place is a number, or [first, count]. `after` is the place
+/// behind the figure's own numbers.
+fn figure(shape: &Shape, [first, count]: [usize; 2], after: usize, in_space: bool) -> String {
+    let Pen { color, fill, width, dashed } = &shape.pen;
     let mut style = Vec::new();
     if color != "auto" {
-        style.push(format!("c: {}", quoted(color)));
+        style.push(format!("color: {}", quoted(color)));
     }
-    style.extend(fill.iter().map(|fill| format!("f: {}", quoted(fill))));
-    if *width != Style::default().width {
-        style.push(format!("w: {width:?}"));
+    style.extend(fill.iter().map(|fill| format!("fill: {}", quoted(fill))));
+    if *width != Pen::default().width {
+        style.push(format!("width: {width:?}"));
     }
     if *dashed {
-        style.push("d: 1".to_owned());
+        style.push("dashed: true".to_owned());
     }
     let mut extra = match &shape.figure {
-        Figure::Polyline { points, closed } => {
-            let dimension = points.first().map_or(2, Vec::len);
-            let closed = if *closed { ", z: 1" } else { "" };
-            vec![format!("n: {}, dimension: {dimension}{closed}", points.len())]
-        }
-        Figure::Curve { segments, point, .. } => {
-            vec![format!("n: {}, dimension: {}", segments + 1, point.len())]
-        }
-        Figure::Circle { filled: true, .. } => vec!["filled: 1".to_owned()],
-        Figure::Spring { coils, .. } => vec![format!("n: {coils}")],
-        Figure::Text { text, beside, .. } => {
-            let beside = if *beside { ", b: 1" } else { "" };
-            vec![format!("text: {}{beside}", quoted(text))]
-        }
-        Figure::Trace { name, at, seconds } => {
-            let seconds = seconds.map_or_else(String::new, |_| format!(", seconds: {}", first + at.len()));
-            vec![format!("name: {}{seconds}", quoted(name))]
+        Figure::Polyline { closed: true, .. } => vec!["closed: true".to_owned()],
+        Figure::Circle { filled: true, .. } => vec!["filled: true".to_owned()],
+        Figure::Spring { coils, .. } => vec![format!("coils: {coils}")],
+        Figure::Text { text, beside, .. } => vec![format!("text: {}, beside: {beside}", quoted(text))],
+        Figure::Trace { name, seconds, .. } => {
+            vec![format!("name: {}, seconds: {}", quoted(name), seconds.is_some())]
         }
         _ => Vec::new(),
     };
-    extra.extend(shape.shown.map(|_| format!("shown: {after}")));
+    let mut places = format!("[{first}, {count}]");
+    if shape.shown.is_some() {
+        extra.push("shown: true".to_owned());
+        places.push_str(&format!(", {after}"));
+    }
+    if in_space && dimension(&shape.figure) == 2 {
+        extra.push("dimension: 2".to_owned());
+    }
     let kind = match shape.figure.kind() {
         "curve" => "polyline",
         kind => kind,
     };
-    format!(
-        "[\"{kind}\", [[{first}, {count}]], {{ {} }}, {{ {} }}]",
-        style.join(", "),
-        extra.join(", ")
-    )
+    let (style, extra) = (style.join(", "), extra.join(", "));
+    format!("[\"{kind}\", [{places}], {{ {style} }}, {{ {extra} }}]")
 }
 
-/// Whether a figure has a third coordinate.
-fn is_spatial(figure: &Figure) -> bool {
-    let is_third = |point: &Vec<NodeId>| point.len() == 3;
+/// The largest number of coordinates of a figure's points.
+fn dimension(figure: &Figure) -> usize {
     match figure {
-        Figure::Polyline { points, .. } => points.iter().any(is_third),
-        Figure::Curve { point, .. } => is_third(point),
-        Figure::Circle { center, .. } | Figure::Arc { center, .. } | Figure::Dot { center } => is_third(center),
-        Figure::Text { at, .. } | Figure::Trace { at, .. } | Figure::Pivot { at } => is_third(at),
-        Figure::Spring { from, to, .. } | Figure::Arrow { from, to } | Figure::Ground { from, to } => {
-            is_third(from) || is_third(to)
-        }
-        Figure::Cuboid { .. } | Figure::Cone { .. } => true,
+        Figure::Polyline { points, .. } => points.iter().map(Vec::len).max().unwrap_or(2),
+        Figure::Curve { point: at, .. }
+        | Figure::Circle { center: at, .. }
+        | Figure::Arc { center: at, .. }
+        | Figure::Dot { center: at }
+        | Figure::Text { at, .. }
+        | Figure::Trace { at, .. }
+        | Figure::Pivot { at }
+        | Figure::Cuboid { center: at, .. } => at.len(),
+        Figure::Spring { from, to, .. }
+        | Figure::Arrow { from, to }
+        | Figure::Ground { from, to }
+        | Figure::Cone { from, to, .. } => from.len().max(to.len()),
     }
 }
 
