@@ -84,7 +84,7 @@ pub(crate) fn live() -> common::Page {
         .tolerance(1e-9)
         .plot(["speed", "sideways"])
         .phase("phi")
-        .until(12.0)
+        .until(6.0)
         .finish()?)
 }
 

@@ -13,8 +13,8 @@ use dynamics::analysis::{ContinuationError, Diagram, Page, continuation};
 use dynamics::output::{Axis, Panel};
 use dynamics::prelude::*;
 
-/// A shallow arch of two bars with a load at its apex. Raise the load slowly past its limit of 151 N: the
-/// arch snaps through, and no equilibrium is near. Then lower the load to −151 N and more, and it comes back.
+/// A shallow arch of two bars with a load at its apex. Raise the load slowly past its limit of 15 N: the
+/// arch snaps through, and no equilibrium is near. Then lower the load to −15 N and more, and it comes back.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(z: m)]
 #[units(mass: kg, half_span: m, rise: m, stiffness: N / m, damper: N * s / m, load: N)]
@@ -63,18 +63,18 @@ impl Arch {
 
 /// The live page.
 pub(crate) fn live() -> common::Page {
-    let arch = Arch { mass: 2.0, half_span: 1.0, rise: 0.2, stiffness: 5e4, damper: 40.0, load: 100.0 };
+    let arch = Arch { mass: 20.0, half_span: 1.0, rise: 0.2, stiffness: 5e3, damper: 20.0, load: 8.0 };
     let start = |z: f64| arch.state().z(z).build();
     Ok(arch
         .live(start(0.2)?)
         .title("Shallow arch")
         .first_start("the load comes at once")
-        .start("a push away from the limit", arch.state().z(0.17).z_rate(-2.0).build()?)
+        .start("a push away from the limit", arch.state().z(0.17).z_rate(-0.6).build()?)
         .start("hanging", start(-0.2)?)
-        .range("load", -400.0, 400.0)
-        .range("damper", 0.0, 200.0)
+        .range("load", -40.0, 40.0)
+        .range("damper", 0.0, 100.0)
         .range("rise", 0.05, 0.5)
-        .range("stiffness", 1e4, 2e5)
+        .range("stiffness", 1e3, 2e4)
         .hold(["mass", "half_span"])
         .plot(["z"])
         .finish()?)

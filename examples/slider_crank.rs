@@ -56,6 +56,7 @@ impl SliderCrank {
     #[drawing]
     fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
         let (pin, slider) = (self.crank_pin(q), vec2(q.x, 0.0));
+        let inertial = self.slider * self.crank * self.omega.powi(2);
         Drawing::new()
             .color(Color::Faint)
             .line([0.15, -0.03], [0.45, -0.03])
@@ -67,7 +68,7 @@ impl SliderCrank {
             .fill(Color::Blue)
             .rectangle(slider, 0.06, 0.06, 0.0)
             .color(Color::Red)
-            .arrow(slider, slider + 1.2e-3 * q.reaction(Self::closure))
+            .arrow(slider, slider + 0.13 / inertial * q.reaction(Self::closure))
     }
 }
 
@@ -115,7 +116,7 @@ fn slider(model: &SliderCrank, t: f64) -> [f64; 3] {
 
 /// The live page.
 pub(crate) fn live() -> common::Page {
-    let model = SliderCrank { crank: 0.1, rod: 0.3, inertia: 2e-3, rod_mass: 0.8, slider: 1.2, omega: 30.0 };
+    let model = SliderCrank { crank: 0.1, rod: 0.3, inertia: 2e-3, rod_mass: 0.8, slider: 1.2, omega: 5.0 };
     let start = model.state().x_guess(0.4).assemble()?;
     Ok(model
         .live(start)
@@ -124,7 +125,7 @@ pub(crate) fn live() -> common::Page {
         .range("rod", 0.15, 0.6)
         .range("slider", 0.2, 5.0)
         .range("rod_mass", 0.1, 5.0)
-        .range("omega", 5.0, 60.0)
+        .range("omega", 1.0, 12.0)
         .hold(["inertia"])
         .plot(["x", "x_rate", "energy"])
         .phase("x")

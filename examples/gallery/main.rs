@@ -6,6 +6,10 @@
 // Examples are included as they are, with what their own `main` needs and the gallery does not.
 #![allow(dead_code, clippy::duplicate_mod)]
 
+mod particles;
+mod planar;
+mod waves;
+
 use std::error::Error;
 use std::path::Path;
 
@@ -20,6 +24,7 @@ macro_rules! examples {
 }
 
 examples! {
+    "../bead_on_wire.rs" bead_on_wire,
     "../buckling_column.rs" buckling_column,
     "../chain.rs" chain,
     "../chaplygin_sleigh.rs" chaplygin_sleigh,
@@ -47,16 +52,20 @@ examples! {
     "../ziegler_flutter.rs" ziegler_flutter,
 }
 
-/// The function that makes a page.
-type Make = fn() -> Result<LivePage, Box<dyn Error>>;
+/// A finished page.
+type Page = Result<LivePage, Box<dyn Error>>;
 
 /// The pages by the chapters of the book, with their names as files.
-const CHAPTERS: &[(&str, &[(&str, Make)])] = &[
+const CHAPTERS: &[(&str, &[(&str, fn() -> Page)])] = &[
     ("2 Particles and constraints", &[
         ("projectile", projectile::live),
+        ("projectile_with_drag", particles::projectile_with_drag),
+        ("bead_on_wire", bead_on_wire::live),
+        ("rough_wire", particles::rough_wire),
         ("roller_coaster", roller_coaster::live),
         ("coaster_jump", coaster_jump::live),
         ("spring_pendulum", spring_pendulum::live),
+        ("drift_and_projection", particles::drift_and_projection),
         ("rod_tension", rod_tension::live),
         ("rotating_tube", rotating_tube::live),
     ]),
@@ -72,6 +81,8 @@ const CHAPTERS: &[(&str, &[(&str, Make)])] = &[
     ]),
     ("5 Planar bodies", &[
         ("planar_bodies", planar_bodies::live),
+        ("redundant_four_bar", planar::redundant_four_bar),
+        ("rolling_disc", planar::rolling_disc),
         ("chaplygin_sleigh", chaplygin_sleigh::live),
     ]),
     ("6 Stability and buckling", &[
@@ -91,6 +102,7 @@ const CHAPTERS: &[(&str, &[(&str, Make)])] = &[
         ("rolling_coin", rolling_coin::live),
         ("foucault", foucault::live),
     ]),
+    ("9 Waves in a bar", &[("waves", waves::waves)]),
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
