@@ -161,14 +161,14 @@ pub mod __private {
         the_name_vec3_is_the_librarys_choose_another, vector,
     };
     pub use dynamics_runtime::lanes::Lanes;
-    #[cfg(feature = "alloc")]
-    pub use dynamics_runtime::model::{Draw, Portable};
     pub use dynamics_runtime::model::{
         ActiveSet, AngleSet, Assumption, AssumptionKind, Block, Branches, ConservedKind, ConservedQuantity,
         Constraint, ConstraintKind, Constraints, Described, Dynamics, Energies, Events, Expansion, Kink,
         LaneValues, Linearize, Model, ModelState, Outputs, Parameters, Powers, Quantity, Solved, SolverKind,
         StateJacobian, Terms, UnitDimension, Vector, WideOf,
     };
+    #[cfg(feature = "alloc")]
+    pub use dynamics_runtime::model::{Draw, Portable};
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::{Drawing, Places, Point};
     pub use dynamics_runtime::reaction::{Reaction, Reactions, type_of};
@@ -187,9 +187,9 @@ pub mod __private {
     }
     pub use dynamics_runtime::series::{self, expand, expand_constrained};
     pub use dynamics_runtime::unconstrained;
+    pub use dynamics_runtime::{Expr, SmoothFunction, math, sin_cos};
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::{generated::Vec, smooth::Pieces};
-    pub use dynamics_runtime::{Expr, SmoothFunction, math, sin_cos};
     pub use nalgebra::{ArrayStorage, SMatrix, SVector};
 
     /// Keeps its items where the façade has the feature `alloc`.

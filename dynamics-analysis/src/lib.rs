@@ -61,7 +61,9 @@ pub use work_precision::{
 };
 
 pub use vibration::{
-    Banded, BandedModel, Campbell, CriticalSpeed, Excitation, FrequencyResponse, Gain, Load, LowestModes,
-    Lqr, LqrDesign, ModeAnimation, NormalModes, Onset, Peak, Reach, RotorMode, Signal, SignalUnavailable,
-    Spectrum, StateSpace, TimeResponse, VibrationError, Window, frequencies, lowest_modes,
+    Banded, BandedModel, Campbell, CriticalSpeed, Excitation, FrequencyResponse, Gain, Load,
+    LogarithmicDecrement, LowestModes, Lqr, LqrDesign, ModeAnimation, NormalModes, Onset, Peak, Reach,
+    ResponseEstimate, RotorMode, ShockResponseSpectrum, Signal, SignalUnavailable, Spectrum, StateSpace,
+    TimeResponse, VibrationError, Window, convolve, fourier_transform, frequencies,
+    inverse_fourier_transform, lowest_modes,
 };

@@ -6,8 +6,8 @@ use dynamics_runtime::model::{
     AssumptionKind, ConservedKind, ModelState, Portable, Quantity, SimulationModel, UnitDimension, Vector,
     names,
 };
-use dynamics_view::text::{json, json_number, typeset};
 use dynamics_runtime::smooth::{Outside, Pieces};
+use dynamics_view::text::{json, json_number, typeset};
 
 use crate::live::{Accuracy, Live, PageMethod};
 
@@ -31,9 +31,10 @@ pub(crate) fn data<M: SimulationModel + Portable>(live: &Live<'_, M>) -> String 
         let value = if value.is_finite() { value } else { 0.0 };
         adjustable(live, q, symbol(n + i), value)
     });
-    let parameters = M::PARAMETERS.iter().enumerate().map(|(i, q)| {
-        adjustable(live, q, symbol(n + w + i), live.model.parameter(i).unwrap_or(f64::NAN))
-    });
+    let parameters = M::PARAMETERS
+        .iter()
+        .enumerate()
+        .map(|(i, q)| adjustable(live, q, symbol(n + w + i), live.model.parameter(i).unwrap_or(f64::NAN)));
     let entries: Vec<(&str, String)> = vec![
         ("name", json(M::NAME)),
         ("title", json(&title(live))),
@@ -51,7 +52,10 @@ pub(crate) fn data<M: SimulationModel + Portable>(live: &Live<'_, M>) -> String 
         ("starts", starts(live)),
         ("contacts", contacts(live)),
         ("stick_slip", stick_slips(live)),
-        ("stops", list(live.stops.iter().filter_map(|name| event::<M>(name)).map(|i| i.to_string()).collect())),
+        (
+            "stops",
+            list(live.stops.iter().filter_map(|name| event::<M>(name)).map(|i| i.to_string()).collect()),
+        ),
         ("plots", list(live.plots.iter().map(|name| json(name)).collect())),
         ("phase", phase(live).to_string()),
         ("until", live.until.map_or_else(|| "null".to_owned(), json_number)),
@@ -231,7 +235,8 @@ fn pieces(pieces: Option<&Pieces>) -> String {
         Outside::Linear => "linear",
         Outside::Periodic => "periodic",
     };
-    let coefficients: Vec<_> = pieces.coefficients.iter().map(|piece| numbers(piece.iter().copied())).collect();
+    let coefficients: Vec<_> =
+        pieces.coefficients.iter().map(|piece| numbers(piece.iter().copied())).collect();
     format!(
         "{{\"knots\":{},\"coefficients\":[{}],\"outside\":{}}}",
         numbers(pieces.knots.iter().copied()),

@@ -46,6 +46,9 @@
 //! | [`Gauss4`], [`Gauss6`] | 4, 6 | quintic, 4 | 2, 3 per iteration, 1 more | none: fixed; symplectic |
 //! | [`GeneralizedAlpha`] | 2 | quintic Hermite, 2 | 1 per iteration (+ 1) | parabola through q̈, 3rd order |
 //! | [`EnergyMidpoint`] | 2 | quintic Hermite, 2 | 1 per iteration, 1 more | none: fixed step; keeps energy |
+//! | [`ExplicitEuler`] | 1 | quintic Hermite, 1 | 1 | none: fixed step; for teaching |
+//! | [`Heun`] | 2 | quintic Hermite, 2 | 2 | none: fixed step; for teaching |
+//! | [`AdamsBashforth2`], to [`AdamsBashforth4`] | 2, 3, 4 | quintic, the same | 1 | none: fixed; for teaching |
 //! | [`Taylor`] | by tolerance, to 30 | the same | 1, and a series | last two terms |
 //!
 //! Implicit methods evaluate in each of their iterations. 13 × 4 are thirteen groups of four states that are
@@ -88,7 +91,10 @@ pub use dense::{Dense, Hermite, Nested};
 #[cfg(feature = "alloc")]
 pub(crate) use differences::{by_state, increment};
 pub use events::{Crossing, Direction, Scan, ScanError, root, sample_position};
-pub use explicit::{Dop853, DormandPrince5, Rk4, TableauRow, Tsit5, Verner9, verner9_table};
+pub use explicit::{
+    AdamsBashforth, AdamsBashforth2, AdamsBashforth3, AdamsBashforth4, Dop853, DormandPrince5, ExplicitEuler,
+    Heun, Rk4, TableauRow, Tsit5, Verner9, verner9_table,
+};
 pub use geometric::{
     Composition, Composition4, Composition6, Composition8, EnergyMidpoint, Gauss, Gauss4, Gauss6, Rattle,
     SemiImplicitEuler, StormerVerlet,

@@ -310,11 +310,14 @@ fn what_is_damped_hard_is_followed_between_steps() {
 /// is off by more: its positions do not follow the velocities at both ends.
 #[test]
 fn fixed_steps_are_followed_between_their_ends() {
-    let methods: [Any<System>; 4] = [
+    let methods: [Any<System>; 7] = [
         methods::Rk4.into(),
         methods::SemiImplicitEuler.into(),
         methods::Gauss4.into(),
         methods::Gauss6.into(),
+        methods::ExplicitEuler.into(),
+        methods::Heun.into(),
+        methods::AdamsBashforth4.into(),
     ];
     let mut random = Random(0x9E37_79B9_7F4A_7C15);
     let count = std::env::var("BETWEEN_STEPS").ok().and_then(|count| count.parse().ok()).unwrap_or(3);

@@ -25,8 +25,14 @@ fn impacts(restitution: f64, count: usize) -> Vec<f64> {
 #[test]
 fn a_bouncing_ball_meets_the_closed_form() {
     let ball = Ball { g: G };
-    for method in &[methods::Any::from(methods::Rk4), methods::DormandPrince5.into(), methods::Dop853.into()]
-    {
+    for method in &[
+        methods::Any::from(methods::Rk4),
+        methods::DormandPrince5.into(),
+        methods::Dop853.into(),
+        methods::Heun.into(),
+        methods::AdamsBashforth2.into(),
+        methods::AdamsBashforth4.into(),
+    ] {
         let simulation = ball.simulate(at_rest_or_not([1.0], [0.0])).until(2.5).method(method);
         let simulation = if method.is_adaptive() { simulation } else { simulation.fixed_step(0.05) };
         let motion = simulation.on_event("impact", Direction::Falling, |s| s.u[0] *= -0.8).run().unwrap();

@@ -4,11 +4,13 @@ use crate::common;
 
 use std::convert::Infallible;
 
+use common::constrained::Rod;
 use common::*;
 use dynamics_runtime::integrate::{
-    Composition4, Composition6, Composition8, Dense, Dop853, DormandPrince5, Esdirk4, Gauss4, Gauss6,
-    GeneralizedAlpha, GraggBulirschStoer, Phase, Radau5, Rk4, Scheme, SemiImplicitEuler, StepError, StepNode,
-    StepOptions, Stepper, StormerVerlet, Tolerances, Tsit5, Verner9,
+    AdamsBashforth2, AdamsBashforth3, AdamsBashforth4, Composition4, Composition6, Composition8, Dense,
+    Dop853, DormandPrince5, Esdirk4, ExplicitEuler, Gauss4, Gauss6, GeneralizedAlpha, GraggBulirschStoer,
+    Heun, Phase, Radau5, Rk4, Scheme, SemiImplicitEuler, StepError, StepNode, StepOptions, Stepper,
+    StormerVerlet, Tolerances, Tsit5, Verner9,
 };
 use dynamics_runtime::methods;
 use dynamics_runtime::simulate::Simulate;
@@ -95,6 +97,131 @@ fn orders_of_convergence() {
     check::<GraggBulirschStoer<V>>(4, 12.0, 11.0, 0.8);
     check::<Radau5<V>>(20, 5.0, 4.0, 0.1);
     check::<Esdirk4<V>>(40, 5.0, 4.0, 0.1);
+    check::<ExplicitEuler<V>>(4000, 2.0, 1.0, 0.01);
+    check::<Heun<V>>(200, 3.0, 2.0, 0.05);
+    check::<AdamsBashforth2<V>>(400, 3.0, 2.0, 0.05);
+    check::<AdamsBashforth3<V>>(400, 4.0, 3.0, 0.05);
+    check::<AdamsBashforth4<V>>(200, 5.0, 4.0, 0.05);
+}
+
+/// The growth of an oscillator q̈ = −q per step, or what stays of a fast decay, agree with the polynomials of
+/// stability; multistep methods are stable inside their borders and not outside.
+#[test]
+fn teaching_methods_are_stable_as_far_as_they_say() {
+    /// √(q² + u²) of q̈ = −ω² q − 2d u from (1, 0) after n steps of 1, by its first value.
+    fn amplitude<S: Scheme<V>>(square: f64, damping: f64, n: u32) -> f64 {
+        let mut system = |_: f64, q: &V, u: &V| Ok::<V, Infallible>(-q * square - u * damping);
+        let start = Phase { q: V::new(1.0), u: V::new(0.0) };
+        let end = f64::from(n);
+        let mut stepper = Stepper::<V, S>::new(&mut system, 0.0, start, end, fixed(1.0)).unwrap();
+        for _ in 0..n {
+            stepper.step(&mut system, end).unwrap();
+        }
+        stepper.now().y.q[0].hypot(stepper.now().y.u[0] / square.sqrt())
+    }
+    let close = |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-12, "{found}");
+    let omega = 0.3f64;
+    close(amplitude::<ExplicitEuler<V>>(omega * omega, 0.0, 7), (1.0 + omega * omega).powf(3.5));
+    close(amplitude::<Heun<V>>(omega * omega, 0.0, 7), (1.0 + omega.powi(4) / 4.0).powf(3.5));
+    // Critically damped, λ = −x twice: bounded inside, unbounded outside.
+    fn borders<S: Scheme<V>>() {
+        let [inside, outside] = [0.97, 1.03].map(|part| {
+            let x = part * S::STABILITY_BORDER;
+            amplitude::<S>(x * x, 2.0 * x, 2000)
+        });
+        assert!(inside < 1e-3 && outside > 1e3, "{}: {inside:e}, {outside:e}", S::METHOD);
+    }
+    borders::<ExplicitEuler<V>>();
+    borders::<Heun<V>>();
+    borders::<AdamsBashforth2<V>>();
+    borders::<AdamsBashforth3<V>>();
+    borders::<AdamsBashforth4<V>>();
+    // On the imaginary axis: order 2 grows slowly everywhere, orders 3 and 4 have an interval.
+    let ten_thousand =
+        |amplitude: fn(f64, f64, u32) -> f64, omega: f64| amplitude(omega * omega, 0.0, 10_000);
+    assert!(ten_thousand(amplitude::<AdamsBashforth2<V>>, 0.3) > 1e3);
+    for (amplitude, border) in [
+        (amplitude::<AdamsBashforth3<V>> as fn(f64, f64, u32) -> f64, 0.72),
+        (amplitude::<AdamsBashforth4<V>>, 0.43),
+    ] {
+        assert!(ten_thousand(amplitude, 0.98 * border) < 2.0);
+        assert!(ten_thousand(amplitude, 1.02 * border) > 1e3);
+    }
+}
+
+/// Constraints are kept by projection, and what is left converges with the order of the method; a run without
+/// a fixed step is refused.
+#[test]
+fn teaching_methods_keep_constraints() {
+    let rod = Rod { m: 2.0, l: 1.5, g: 9.81 };
+    let start = at_rest_or_not([1.5, 0.0], [0.0, -1.0]);
+    let exact = rod.simulate(start).until(2.0).tolerance(1e-13).run().unwrap().end();
+    for (method, h) in [
+        (methods::Any::<Rod>::from(methods::ExplicitEuler), 1e-4),
+        (methods::Heun.into(), 2e-3),
+        (methods::AdamsBashforth2.into(), 2e-3),
+        (methods::AdamsBashforth3.into(), 5e-3),
+        (methods::AdamsBashforth4.into(), 5e-3),
+    ] {
+        let error = |h: f64| {
+            let motion = rod.simulate(start).until(2.0).fixed_step(h).method(&method).run().unwrap();
+            let off = motion.steps().map(|state| (state.q.norm() - rod.l).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-12, "{method}: {off:e}");
+            (motion.end().q - exact.q).norm()
+        };
+        let found = order(error(h), error(0.5 * h));
+        assert!((found - f64::from(method.method().order())).abs() < 0.3, "{method}: order {found}");
+        let refused = rod.simulate(start).until(2.0).method(&method).run().unwrap_err();
+        assert!(refused.to_string().contains("give `.fixed_step(h)`"), "{refused}");
+    }
+}
+
+/// The step that ends a run early continues from the steps before it; an event, a repeated step and another
+/// state start the method anew, at no loss of order.
+#[test]
+fn multistep_methods_start_anew_where_steps_are_not_equal() {
+    fn error_of_last<S: Scheme<V>>(h: f64) -> f64 {
+        // The last step is a third of the others.
+        let end = 0.3 + (20.0 + 1.0 / 3.0) * h;
+        let mut system = problem;
+        let mut stepper = Stepper::<V, S>::new(&mut system, 0.3, exact(0.3), end, fixed(h)).unwrap();
+        while stepper.now().t < end {
+            stepper.step(&mut system, end).unwrap();
+        }
+        distance(&stepper.now().y, &exact(end))
+    }
+    fn check<S: Scheme<V>>() {
+        // 20 steps each: the global error is of order p + 1 in h.
+        let local = order(error_of_last::<S>(0.02), error_of_last::<S>(0.01));
+        assert!((local - f64::from(S::ORDER) - 1.0).abs() < 0.5, "{}: {local}", S::METHOD);
+    }
+    check::<AdamsBashforth2<V>>();
+    check::<AdamsBashforth3<V>>();
+    check::<AdamsBashforth4<V>>();
+
+    let mut system = problem;
+    let mut stepper =
+        Stepper::<V, AdamsBashforth4<V>>::new(&mut system, 0.3, exact(0.3), 9.0, fixed(0.05)).unwrap();
+    let mut last = stepper.step(&mut system, 9.0).unwrap();
+    for _ in 0..9 {
+        last = stepper.step(&mut system, 9.0).unwrap();
+    }
+    // A step that is repeated whole has the same bits, cut short it is the method's own.
+    let again = stepper.shorten(&mut system, &last, last.end.t).unwrap();
+    assert_eq!(again.end, last.end);
+    let cut = stepper.shorten(&mut system, &last, last.start.t + 0.02).unwrap();
+    let [before, error] = [cut.start, cut.end].map(|node| distance(&node.y, &exact(node.t)));
+    assert!(error < 1.2 * before + 1e-6, "{before:e}, {error:e}");
+    for _ in 0..10 {
+        stepper.step(&mut system, 9.0).unwrap();
+    }
+    assert!(distance(&stepper.now().y, &exact(stepper.now().t)) < 1e-4);
+    let state = exact(2.0);
+    stepper.restart(&mut system, 2.0, state, 9.0).unwrap();
+    for _ in 0..10 {
+        stepper.step(&mut system, 9.0).unwrap();
+    }
+    assert!(distance(&stepper.now().y, &exact(stepper.now().t)) < 1e-4);
 }
 
 /// Largest error of u within a step of 10⁻³ of q̈ = −sin t, from exact values: of q = sin t + `origin` only
@@ -142,6 +269,9 @@ fn velocities_between_steps_keep_their_digits_far_from_the_origin() {
     check::<Composition4<V>>();
     check::<Composition6<V>>();
     check::<Composition8<V>>();
+    check::<ExplicitEuler<V>>();
+    check::<Heun<V>>();
+    check::<AdamsBashforth4<V>>();
 }
 
 /// What a step leaves that is tried: its end, its error, its stages and the interpolant.
@@ -179,6 +309,9 @@ fn a_step_that_is_made_once_more_is_the_same_to_the_last_bit() {
     same::<GraggBulirschStoer<V>>();
     same::<Radau5<V>>();
     same::<Esdirk4<V>>();
+    same::<ExplicitEuler<V>>();
+    same::<Heun<V>>();
+    same::<AdamsBashforth2<V>>();
 }
 
 /// The error at the end follows the tolerance, on a problem with slow and fast parts.

@@ -1,5 +1,7 @@
 //! The engine's driver: one line per pass.
 
+mod portable;
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::algebra::{Guard, States, Unrolled};
@@ -243,6 +245,7 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
         NoJacobians::NoMassMatrix => ("state_jacobian", NoDerivatives::NoMassMatrix),
     });
     let mut report = text::report(&model, &equations, &constraints, &printed, withheld);
+    report.push_str(&text::picture_entry(&model));
     let mut listing = text::listing(&model, &equations, &printed);
     let text::EquationTexts { plain: equations_text, latex, mathml } =
         text::equations(&mut model, &equations);
@@ -261,18 +264,8 @@ pub fn compile(mut model: Model) -> Result<Compiled, Vec<Finding>> {
     programs.output_variations = fitting_output_variations(&mut model);
     // Of all nodes that are printed: series bring choices of their own.
     programs.kinks = followed(&model.graph, hazards.are_followed(&model.graph), &kinks, &of_reactions);
-    let portability = text::javascript(&mut model, &equations, &programs);
-    Ok(Compiled {
-        model,
-        equations,
-        programs,
-        report,
-        listing,
-        equations_text,
-        latex,
-        mathml,
-        portability,
-    })
+    let portability = text::javascript(&mut model, &equations, &portable::portable(&programs));
+    Ok(Compiled { model, equations, programs, report, listing, equations_text, latex, mathml, portability })
 }
 
 fn bindings(states: &[Sample]) -> Vec<&dyn Bindings> {

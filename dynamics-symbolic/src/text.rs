@@ -22,7 +22,7 @@ mod target;
 
 pub use equations::{EquationTexts, equations, quotient, statements};
 pub use formula::Formulas;
-pub use javascript::{Portability, javascript};
+pub use javascript::{Portability, Portable, javascript, picture_entry};
 pub use latex::Latex;
 pub use listing::listing;
 pub use mathml::{Dots, MathMl, symbol_mathml};

@@ -148,6 +148,32 @@ impl MassProperties {
         Self { mass, center: place, inertia: Mat3::default() }
     }
 
+    /// Half of a full sphere about the origin: the half with z > 0.
+    #[must_use]
+    pub fn hemisphere(mass: f64, radius: f64) -> Self {
+        let center = Vec3::new(0.0, 0.0, 0.375 * radius);
+        Self { center, ..Self::new(mass, Inertia::hemisphere(mass, radius).value()) }
+    }
+
+    /// Half of a full cylinder about z, its middle at the origin: the half with x > 0.
+    #[must_use]
+    pub fn half_cylinder(mass: f64, radius: f64, height: f64) -> Self {
+        let center = Vec3::new(4.0 * radius / (3.0 * core::f64::consts::PI), 0.0, 0.0);
+        Self { center, ..Self::new(mass, Inertia::half_cylinder(mass, radius, height).value()) }
+    }
+
+    /// Thin ring about z, its middle at the origin.
+    #[must_use]
+    pub fn ring(mass: f64, radius: f64) -> Self {
+        Self::new(mass, Inertia::ring(mass, radius).value())
+    }
+
+    /// Thin triangular plate with these corners.
+    #[must_use]
+    pub fn triangle(mass: f64, [a, b, c]: [Vec3<f64>; 3]) -> Self {
+        Self { center: (a + b + c) / 3.0, ..Self::new(mass, Inertia::triangle(mass, a, b, c).value()) }
+    }
+
     /// The same, moved by a vector.
     #[must_use]
     pub fn moved(self, by: Vec3<f64>) -> Self {

@@ -37,6 +37,8 @@ pub struct SingularPositions;
 pub struct Families;
 #[doc = page!("../../docs/guide/waves.md")]
 pub struct Waves;
+#[doc = page!("../../docs/guide/live-pages.md")]
+pub struct LivePages;
 #[doc = page!("../../docs/reference/language.md")]
 pub struct Language;
 

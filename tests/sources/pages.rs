@@ -9,7 +9,7 @@ const MAPS: &[&str] = &["ARCHITECTURE.md", "CONTRIBUTING.md", "tests/README.md"]
 
 /// Short forms of ARCHITECTURE.md: `runtime/` stands for `dynamics-runtime/src/`.
 const CRATES: &[&str] =
-    &["simd", "symbolic", "vocabulary", "macros", "view", "runtime", "analysis", "families"];
+    &["simd", "symbolic", "vocabulary", "macros", "view", "runtime", "analysis", "families", "live"];
 
 fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))

@@ -89,25 +89,8 @@ impl Spectrum {
     /// # Errors
     /// Fewer than four samples, one that is not finite, and an interval that is not positive.
     pub fn of(samples: &[f64], interval: f64, window: Window) -> Result<Self, VibrationError> {
+        check_samples(samples, interval, 4)?;
         let n = samples.len();
-        if n < 4 {
-            return Err(VibrationError::TooFew { what: "samples", count: n, needed: 4 });
-        }
-        if !(interval.is_finite() && interval > 0.0) {
-            let must_be = "a positive number of seconds";
-            return Err(VibrationError::Value {
-                what: "the interval between samples",
-                value: interval,
-                must_be,
-            });
-        }
-        if let Some(value) = samples.iter().find(|x| !x.is_finite()) {
-            return Err(VibrationError::Value {
-                what: "a sample",
-                value: *value,
-                must_be: "a finite number",
-            });
-        }
         // The transform of the windowed samples.
         let weights = window.values(n);
         let sum: f64 = weights.iter().sum();
@@ -190,8 +173,70 @@ impl Spectrum {
     }
 }
 
+/// Checks samples at equal distances.
+pub(super) fn check_samples(samples: &[f64], interval: f64, needed: usize) -> Result<(), VibrationError> {
+    if samples.len() < needed {
+        return Err(VibrationError::TooFew { what: "samples", count: samples.len(), needed });
+    }
+    if !(interval.is_finite() && interval > 0.0) {
+        let (what, must_be) = ("the interval between samples", "a positive number of seconds");
+        return Err(VibrationError::Value { what, value: interval, must_be });
+    }
+    match samples.iter().find(|x| !x.is_finite()) {
+        Some(value) => {
+            Err(VibrationError::Value { what: "a sample", value: *value, must_be: "a finite number" })
+        }
+        None => Ok(()),
+    }
+}
+
+/// The discrete Fourier transform X_k = Σⱼ xⱼ e^{−2πi jk/n}, of any length, in O(n log n).
+///
+/// [`Spectrum`] scales it to amplitudes of a sampled motion.
+#[must_use]
+pub fn fourier_transform(samples: &[Complex<f64>]) -> Vec<Complex<f64>> {
+    let mut values = samples.to_vec();
+    transform(&mut values);
+    values
+}
+
+/// Its inverse, xⱼ = 1/n Σ_k X_k e^{2πi jk/n}.
+#[must_use]
+pub fn inverse_fourier_transform(values: &[Complex<f64>]) -> Vec<Complex<f64>> {
+    // The conjugate of the transform of the conjugate.
+    let mut samples: Vec<Complex<f64>> = values.iter().map(Complex::conj).collect();
+    transform(&mut samples);
+    let n = values.len() as f64;
+    samples.iter_mut().for_each(|x| *x = x.conj() / n);
+    samples
+}
+
+/// The convolution Σᵢ aᵢ b_{k−i} of two sequences, as long as both together less one, in O(n log n): the
+/// response of a filter, or of a system by its response to an impulse, which the interval of the samples
+/// multiplies. Rounding is 1e-15 of the largest value, not of each. It is empty where one of them is.
+#[must_use]
+pub fn convolve(a: &[f64], b: &[f64]) -> Vec<f64> {
+    if a.is_empty() || b.is_empty() {
+        return Vec::new();
+    }
+    let count = a.len() + b.len() - 1;
+    let length = count.next_power_of_two();
+    let at = |x: &[f64], k: usize| x.get(k).copied().unwrap_or(0.0);
+    // Both transforms at once: a is the even part of the transform of a + ib, b the odd one.
+    let mut both: Vec<Complex<f64>> = (0..length).map(|k| Complex::new(at(a, k), at(b, k))).collect();
+    by_powers_of_two(&mut both);
+    let product = |k: usize| {
+        let (here, there) = (both[k], both[(length - k) % length].conj());
+        (here + there) * (here - there) * Complex::new(0.0, -0.25)
+    };
+    let products: Vec<Complex<f64>> = (0..length).map(product).collect();
+    let mut out: Vec<f64> = inverse_fourier_transform(&products).iter().map(|x| x.re).collect();
+    out.truncate(count);
+    out
+}
+
 /// The transform in place, of any length: by powers of two, or as a convolution of such.
-fn transform(x: &mut [Complex<f64>]) {
+pub(super) fn transform(x: &mut [Complex<f64>]) {
     let n = x.len();
     if n.is_power_of_two() {
         by_powers_of_two(x);
@@ -267,6 +312,37 @@ mod tests {
                 assert!((found - wanted).norm() < 2e-14 * (n as f64), "{n} {k}: {found} {wanted}");
             }
         }
+    }
+
+    #[test]
+    fn inverse_transforms_give_the_samples_back() {
+        for n in [0, 1, 2, 3, 8, 12, 97, 128] {
+            let samples: Vec<Complex<f64>> = (0..n)
+                .map(|j| Complex::new((1.3 * f64::from(j)).sin(), (0.7 * f64::from(j * j)).cos()))
+                .collect();
+            let again = inverse_fourier_transform(&fourier_transform(&samples));
+            assert_eq!(again.len(), samples.len());
+            for (x, y) in again.iter().zip(&samples) {
+                assert!((x - y).norm() < 1e-14, "{n}: {x} {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn convolutions_are_the_sums_that_define_them() {
+        for (m, n) in [(1, 1), (1, 7), (5, 3), (64, 64), (100, 17)] {
+            let [a, b] = [(m, 1.3), (n, 0.4)].map(|(n, x): (i32, f64)| {
+                (0..n).map(|k| (x * f64::from(k)).cos() + 0.1).collect::<Vec<f64>>()
+            });
+            let found = convolve(&a, &b);
+            assert_eq!(found.len(), a.len() + b.len() - 1);
+            for (k, found) in found.iter().enumerate() {
+                let terms = a.iter().enumerate().filter(|(i, _)| *i <= k);
+                let wanted: f64 = terms.filter_map(|(i, a)| Some(a * b.get(k - i)?)).sum();
+                assert!((found - wanted).abs() < 1e-13, "{m} {n} {k}: {found} {wanted}");
+            }
+        }
+        assert!(convolve(&[], &[1.0]).is_empty());
     }
 
     #[test]

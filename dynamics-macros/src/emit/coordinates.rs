@@ -110,9 +110,7 @@ fn reactions(surface: &Surface) -> TokenStream {
 pub(super) fn documentation(surface: &Surface) -> TokenStream {
     let private = surface.private();
     let text = &surface.documentation;
-    let of_struct = (!text.is_empty()).then(|| {
-        quote!(const DOCUMENTATION: &'static #private::str = #text;)
-    });
+    let of_struct = (!text.is_empty()).then(|| quote!(const DOCUMENTATION: &'static #private::str = #text;));
     let fields = surface.field_documentation.iter().map(|(name, text)| quote!((#name, #text)));
     let of_fields = (!surface.field_documentation.is_empty()).then(|| {
         quote! {

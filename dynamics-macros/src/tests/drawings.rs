@@ -451,6 +451,7 @@ fn what_is_not_followed_is_told_and_no_error() {
         ),
         ("#[cfg(test)] let q = q; Drawing::new().dot([q.x, q.x])", "cfg(test)"),
         ("Drawing::new().dot([E, 0.0])", "E"),
+        ("Drawing::new().polyline([1.0, 2.0].map(r#type::made))", ".map(r#type::made)"),
     ] {
         assert_eq!(not_followed(body), expression, "{body}");
     }

@@ -98,6 +98,18 @@ plain! {
     /// A diagonally implicit method of order 4(3), for stiff problems at moderate accuracy:
     /// [`integrate::Esdirk4`].
     Esdirk4
+    /// Euler's method, with a fixed step, for teaching: [`integrate::ExplicitEuler`]. An oscillation grows at
+    /// every step size; [`SemiImplicitEuler`] costs the same and keeps it bounded.
+    ExplicitEuler
+    /// Heun's method of order 2, with a fixed step, for teaching: [`integrate::Heun`].
+    Heun
+    /// The multistep method of Adams and Bashforth of order 2, with a fixed step, for teaching:
+    /// [`integrate::AdamsBashforth`].
+    AdamsBashforth2
+    /// The same of order 3.
+    AdamsBashforth3
+    /// The same of order 4.
+    AdamsBashforth4
 }
 
 /// Taylor series of adaptive order and step: [`integrate::Taylor`]. For models whose motions the generated

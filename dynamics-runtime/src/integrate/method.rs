@@ -45,6 +45,16 @@ pub enum Method {
     EnergyMidpoint,
     /// The generalized-α method with adjustable damping, implicit.
     GeneralizedAlpha,
+    /// Euler's method, fixed step, for teaching.
+    ExplicitEuler,
+    /// Heun's method of order 2, fixed step, for teaching.
+    Heun,
+    /// Adams's and Bashforth's multistep method of order 2, fixed step, for teaching.
+    AdamsBashforth2,
+    /// The same of order 3.
+    AdamsBashforth3,
+    /// The same of order 4.
+    AdamsBashforth4,
     /// No integration: positions from constraints that leave no degree of freedom ([`crate::kinematics`]).
     PositionAnalysis,
 }
@@ -70,9 +80,11 @@ impl Method {
     pub const fn order(self) -> u32 {
         match self {
             Self::PositionAnalysis => 5,
-            Self::SemiImplicitEuler => 1,
+            Self::SemiImplicitEuler | Self::ExplicitEuler => 1,
             Self::StormerVerlet | Self::Rattle | Self::EnergyMidpoint | Self::GeneralizedAlpha => 2,
-            Self::Rk4 | Self::Composition4 | Self::Gauss4 | Self::Esdirk4 => 4,
+            Self::Heun | Self::AdamsBashforth2 => 2,
+            Self::AdamsBashforth3 => 3,
+            Self::AdamsBashforth4 | Self::Rk4 | Self::Composition4 | Self::Gauss4 | Self::Esdirk4 => 4,
             Self::Composition6 | Self::Gauss6 => 6,
             Self::DormandPrince5 | Self::Tsit5 | Self::Radau5 => 5,
             Self::Dop853 | Self::Composition8 => 8,
@@ -106,6 +118,11 @@ impl fmt::Display for Method {
             Self::Gauss6 => "Gauss (order 6, implicit)",
             Self::EnergyMidpoint => "energy-conserving midpoint (order 2, implicit)",
             Self::GeneralizedAlpha => "generalized-α (order 2, implicit)",
+            Self::ExplicitEuler => "Euler (order 1)",
+            Self::Heun => "Heun (order 2)",
+            Self::AdamsBashforth2 => "Adams–Bashforth (order 2)",
+            Self::AdamsBashforth3 => "Adams–Bashforth (order 3)",
+            Self::AdamsBashforth4 => "Adams–Bashforth (order 4)",
         })
     }
 }

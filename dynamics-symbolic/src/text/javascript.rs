@@ -8,13 +8,13 @@
 mod picture;
 
 use crate::algebra::{Guard, Unrolled};
-use crate::compile::{ConstraintPrograms, Programs};
-use crate::graph::{Binary, Comparison, Number, Symbol, Unary};
-use crate::mechanics::{Equations, Extra, Figures, Model, Solution};
+use crate::graph::{Binary, Comparison, FunctionId, Number, Symbol, Unary};
+use crate::mechanics::{Equations, Extra, Figures, Model, Picture, Solution};
 use crate::schedule::Program;
 
 use super::mathml::{Dots, symbol_mathml};
 use super::program::Line;
+use super::report::entry;
 use super::source::{Function, Language, element, function, literal};
 use super::target::{Level, Target, Text, comparison_sign};
 
@@ -34,9 +34,8 @@ pub struct Portability {
 
 /// The programs of a model in JavaScript.
 #[must_use]
-pub fn javascript(model: &mut Model, equations: &Equations, programs: &Programs) -> Portability {
+pub fn javascript(model: &mut Model, equations: &Equations, printed: &Portable<'_>) -> Portability {
     let shown = model.picture.take().unwrap_or_default();
-    let printed = Printed::of(programs);
     let operations: usize =
         printed.all().map(|program| program.hoisted_cost.total() + program.cost.total()).sum();
     if operations > MOST_OPERATIONS {
@@ -49,10 +48,7 @@ pub fn javascript(model: &mut Model, equations: &Equations, programs: &Programs)
         parameters: model.parameters.len() as u32,
         extras: shown.extras.clone(),
     };
-    let mut obstacles = Vec::new();
-    if let Figures::NotFollowed(reason) = &shown.figures {
-        obstacles.push(format!("{reason}: its page draws points"));
-    }
+    let obstacles = not_followed(&shown).into_iter().collect();
     let (picture, about) = picture::picture(&language, model, shown);
     let object = |program: &Program| function(&language, model, program);
     let mut out = String::from("({\n");
@@ -66,9 +62,9 @@ pub fn javascript(model: &mut Model, equations: &Equations, programs: &Programs)
         Solution::General(_) => None,
     });
     out.extend(unrolled.map(|unrolled| format!("{},\n", bounds(model, unrolled))));
-    if !programs.kinks.functions.is_empty() {
+    if !printed.kink_functions.is_empty() {
         // The smooth function whose argument a value is; of others the sign decides.
-        let of = programs.kinks.functions.iter();
+        let of = printed.kink_functions.iter();
         let of: Vec<String> = of.map(|f| f.map_or_else(|| "null".to_owned(), |f| f.0.to_string())).collect();
         out.push_str(&format!("kink_functions: [{}],\n", of.join(", ")));
     }
@@ -99,6 +95,24 @@ fn bounds(model: &Model, unrolled: &Unrolled) -> String {
     format!("bounds: {{ accelerations: {accelerations:?}, correction: {correction:?} }}")
 }
 
+/// Why a page draws points instead of the model's own drawing, in words.
+fn not_followed(picture: &Picture) -> Option<String> {
+    match &picture.figures {
+        Figures::NotFollowed(reason) => Some(format!("{reason}: its live page draws points")),
+        Figures::None | Figures::Of(_) => None,
+    }
+}
+
+/// The line of the report, where the drawing is not followed.
+#[must_use]
+pub fn picture_entry(model: &Model) -> String {
+    let mut out = String::new();
+    if let Some(text) = model.picture.as_ref().and_then(not_followed) {
+        entry(&mut out, "drawing", &text);
+    }
+    out
+}
+
 /// The symbols of coordinates, inputs and parameters in MathML.
 fn symbols(model: &Model) -> Vec<String> {
     let coordinates = model.coordinates.iter().map(|c| &c.name);
@@ -125,50 +139,23 @@ fn sizes(model: &Model, equations: &Equations, about: &str) -> String {
 }
 
 /// The programs that are printed.
-struct Printed<'a> {
-    named: Vec<(&'static str, &'a Program)>,
-    released: Vec<(&'a Program, &'a Program)>,
+#[derive(Clone, Debug)]
+pub struct Portable<'a> {
+    /// Those with results, by the names that they have in other languages.
+    pub named: Vec<(&'static str, &'a Program)>,
+    /// Accelerations and corrections with released constraints, in the order of
+    /// [`ConstraintEquations::released`](crate::mechanics::ConstraintEquations::released).
+    pub released: Vec<(&'a Program, &'a Program)>,
+    /// The functions whose arguments the values of `kinks` are, see [`Kinks`](crate::compile::Kinks).
+    pub kink_functions: &'a [Option<FunctionId>],
 }
 
-impl<'a> Printed<'a> {
-    fn of(programs: &'a Programs) -> Self {
-        let mut named = vec![
-            ("accelerations", &programs.accelerations),
-            ("energy_function", &programs.energy_function),
-            ("conserved", &programs.conserved),
-            ("powers", &programs.powers),
-            ("speeds", &programs.speeds),
-            ("outputs", &programs.outputs),
-            ("events", &programs.events),
-            ("assumptions", &programs.assumptions),
-            ("kinks", &programs.kinks.program),
-        ];
-        named.extend(programs.kinetic_energy.iter().map(|p| ("kinetic_energy", p)));
-        named.extend(programs.potential_energy.iter().map(|p| ("potential_energy", p)));
-        let constraints = programs.constraints.iter();
-        named.extend(constraints.clone().flat_map(of_constraints));
-        named.retain(|(_, program)| !program.results.is_empty());
-        let released = constraints.flat_map(|c| &c.released).map(|r| (&r.accelerations, &r.correction));
-        Self { named, released: released.collect() }
-    }
-
+impl<'a> Portable<'a> {
     fn all(&self) -> impl Iterator<Item = &'a Program> {
-        let released = self.released.iter().flat_map(|(accelerations, correction)| [accelerations, correction]);
+        let released =
+            self.released.iter().flat_map(|(accelerations, correction)| [accelerations, correction]);
         self.named.iter().map(|(_, program)| program).chain(released).copied()
     }
-}
-
-fn of_constraints(programs: &ConstraintPrograms) -> Vec<(&'static str, &Program)> {
-    let mut named = vec![
-        ("residual", &programs.residual),
-        ("velocity_residual", &programs.velocity_residual),
-        ("jacobian", &programs.jacobian),
-        ("velocity_offset", &programs.velocity_offset),
-        ("terms", &programs.terms),
-    ];
-    named.extend(programs.friction.iter().map(|p| ("friction", p)));
-    named.extend(programs.correction.iter().map(|p| ("correction", p)));
-    named
 }
 
 /// The language.

@@ -329,9 +329,9 @@ fn juxtaposed(factors: impl Iterator<Item = String>) -> String {
     let mut out = String::new();
     for factor in factors {
         if !out.is_empty() {
-            out.push_str(match (Kind::last(&out), Kind::first(&factor)) {
-                (Kind::Number, Kind::Number) => DOT,
-                (Kind::Word, _) | (_, Kind::Word) => THIN_SPACE,
+            out.push_str(match (Neighbour::last(&out), Neighbour::first(&factor)) {
+                (Neighbour::Number, Neighbour::Number) => DOT,
+                (Neighbour::Word, _) | (_, Neighbour::Word) => THIN_SPACE,
                 _ => TIMES,
             });
         }
@@ -342,13 +342,13 @@ fn juxtaposed(factors: impl Iterator<Item = String>) -> String {
 
 /// What a factor begins or ends with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum Neighbour {
     Number,
     Word,
     Other,
 }
 
-impl Kind {
+impl Neighbour {
     fn first(text: &str) -> Self {
         Self::of(text.split('<').find_map(|tag| tag.split_once('>').filter(|(_, inside)| !inside.is_empty())))
     }

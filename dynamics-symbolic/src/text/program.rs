@@ -136,7 +136,9 @@ impl Writer<'_> {
         let stage = usize::from(!hoisted);
         let name = |above| self.target.variable(self.style.prefixes[stage], self.counts[stage] + above);
         let names = [name(1), name(2)];
-        let Some(text) = self.target.assign_sin_cos(names.each_ref(), &self.value(angle)) else { return false };
+        let Some(text) = self.target.assign_sin_cos(names.each_ref(), &self.value(angle)) else {
+            return false;
+        };
         self.counts[stage] += names.len();
         self.lines.push(Line { text, hoisted });
         for (id, name) in pair.into_iter().zip(names) {

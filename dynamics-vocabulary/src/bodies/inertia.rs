@@ -62,6 +62,44 @@ impl Inertia {
         Mat3::diagonal(across, across, 8.0 * m * r)
     }
 
+    /// Half of a full sphere, the flat side across z; its center of mass is ⅜ of the radius above that.
+    #[must_use]
+    pub fn hemisphere(mass: impl Into<Expr>, radius: impl Into<Expr>) -> Mat3 {
+        let square = mass.into() * radius.into().powi(2);
+        let across = 83.0 / 320.0 * square;
+        Mat3::diagonal(across, across, 0.4 * square)
+    }
+
+    /// Half of a full cylinder about z, the flat side across x; its center of mass is 4 r/(3π) before that.
+    #[must_use]
+    pub fn half_cylinder(mass: impl Into<Expr>, radius: impl Into<Expr>, height: impl Into<Expr>) -> Mat3 {
+        let (m, r, h) = (mass.into() / 12.0, radius.into().powi(2), height.into().powi(2));
+        let nearer = 64.0 / (3.0 * core::f64::consts::PI * core::f64::consts::PI) * r;
+        let across = 3.0 * r + h;
+        Mat3::diagonal(m * across, m * (across - nearer), m * (6.0 * r - nearer))
+    }
+
+    /// Thin ring about z: a hoop.
+    #[must_use]
+    pub fn ring(mass: impl Into<Expr>, radius: impl Into<Expr>) -> Mat3 {
+        let across = 0.5 * mass.into() * radius.into().powi(2);
+        Mat3::diagonal(across, across, 2.0 * across)
+    }
+
+    /// Thin triangular plate with these corners, from any point; its center of mass is their mean. The plate
+    /// has the inertia of three masses m/12 in the corners and ¾ m in that center.
+    #[must_use]
+    pub fn triangle(
+        mass: impl Into<Expr>,
+        a: impl Into<Vec3>,
+        b: impl Into<Vec3>,
+        c: impl Into<Vec3>,
+    ) -> Mat3 {
+        let (m, a, b, c) = (mass.into() / 12.0, a.into(), b.into(), c.into());
+        let center = (a + b + c) / 3.0;
+        Inertia::offset(m, a - center) + Inertia::offset(m, b - center) + Inertia::offset(m, c - center)
+    }
+
     /// Thin rod along z. It has no inertia about its axis, so a coordinate for its rotation about it would
     /// have none.
     #[must_use]

@@ -248,6 +248,21 @@ fn solids_against_sums_over_a_grid() {
     // The tip is up at z = 1, the base at z = −1.
     let cone = |x: f64, y: f64, z: f64| x * x + y * y < (0.25 * (1.0 - z)).powi(2);
     solid("cone", Inertia::cone(m, 0.5, 2.0), -0.5, [1.0, 1.0, 2.0], &cone);
+    // The flat side is down.
+    let hemisphere = |x: f64, y: f64, z: f64| x * x + y * y + (z + 0.25) * (z + 0.25) < 0.25;
+    solid("hemisphere", Inertia::hemisphere(m, 0.5), -0.0625, [1.0, 1.0, 0.5], &hemisphere);
+    // Its axis along y here, the flat side down, as the grid finds centers on z.
+    let turn = Mat3::from_columns(Vec3::Z, Vec3::X, Vec3::Y);
+    let half_cylinder = |x: f64, _: f64, z: f64| x * x + (z + 0.25) * (z + 0.25) < 0.25;
+    let turned = Inertia::turned(Inertia::half_cylinder(m, 0.5, 1.2), turn);
+    let center = 2.0 / (3.0 * core::f64::consts::PI) - 0.25;
+    solid("half cylinder", turned, center, [1.0, 1.2, 0.5], &half_cylinder);
+    let ring = Inertia::ring(m, 0.4925);
+    solid("ring", ring, 0.0, [1.0, 1.0, 1e-3], &|x, y, _| wall.contains(&(x * x + y * y)));
+    // Isosceles, the tip up: its axes are principal.
+    let triangle = Inertia::triangle(m, vec3(-0.5, 0.0, 0.0), vec3(0.5, 0.0, 0.0), vec3(0.0, 0.0, 2.0));
+    let inside = |x: f64, _: f64, z: f64| x.abs() < 0.25 * (1.0 - z);
+    solid("triangle", triangle, -1.0 / 3.0, [1.0, 1e-3, 2.0], &inside);
     let ellipsoid = |x: f64, y: f64, z: f64| x * x + (y / 1.5).powi(2) + (z / 0.5).powi(2) < 1.0;
     solid("ellipsoid", Inertia::ellipsoid(m, 1.0, 1.5, 0.5), 0.0, [2.0, 3.0, 1.0], &ellipsoid);
     let thin = Inertia::cuboid(m, 0.7, 1.1, 0.0).value();

@@ -27,6 +27,34 @@ fn halves_make_the_whole() {
 }
 
 #[test]
+fn halves_of_solids_make_the_whole() {
+    let upside_down = Mat3::rotation_x(core::f64::consts::PI);
+    let half = MassProperties::hemisphere(1.5, 0.7);
+    let sphere = half + half.turned(upside_down);
+    assert!(distance(sphere.inertia, Inertia::sphere(3.0, 0.7).value()) < 1e-15);
+    assert!(sphere.center.norm() < 1e-15);
+
+    let half = MassProperties::half_cylinder(1.5, 0.7, 2.0);
+    let cylinder = half + half.turned(Mat3::rotation_z(core::f64::consts::PI));
+    assert!(distance(cylinder.inertia, Inertia::cylinder(3.0, 0.7, 2.0).value()) < 1e-15);
+    assert!(cylinder.center.norm() < 1e-15);
+
+    // Two triangles make a rectangle, wherever and however it is.
+    let corner = |x: f64, y: f64| rotation() * Vec3::new(x, y, 0.0) + Vec3::new(1.0, 2.0, 3.0);
+    let [a, b, c, d] = [corner(-0.5, -0.8), corner(0.5, -0.8), corner(0.5, 0.8), corner(-0.5, 0.8)];
+    let plate = MassProperties::triangle(1.0, [a, b, c]) + MassProperties::triangle(1.0, [c, d, a]);
+    let expected = MassProperties::new(2.0, Inertia::plate(2.0, 1.0, 1.6).value()).turned(rotation());
+    assert!(distance(plate.inertia, expected.inertia) < 1e-15);
+    assert!((plate.center - Vec3::new(1.0, 2.0, 3.0)).norm() < 1e-15);
+
+    let ring = MassProperties::ring(2.0, 0.5);
+    assert!(distance(ring.inertia, Inertia::tube(2.0, 0.5, 0.5, 0.0).value()) < 1e-16);
+    for body in [half, plate, ring, MassProperties::hemisphere(1.0, 1.0)] {
+        body.check().expect("a body has it");
+    }
+}
+
+#[test]
 fn principal_axes_of_turned_bodies() {
     for moments in [
         [1.0, 2.0, 2.5],

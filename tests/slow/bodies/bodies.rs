@@ -148,7 +148,7 @@ impl Words {
         ]
     }
     #[output]
-    fn solids(&self, q: &Coordinates<Self>) -> [Vec3; 4] {
+    fn solids(&self, q: &Coordinates<Self>) -> [Vec3; 5] {
         let [a, b, c] = self.size;
         let sum = Inertia::cuboid(self.m, a, b, c) + Inertia::cylinder(self.m, a, q.x)
             - Inertia::tube(self.m, a, b, c);
@@ -156,8 +156,11 @@ impl Words {
             Inertia::sphere(self.m, q.y) + Inertia::shell(self.m, a) - Inertia::ellipsoid(self.m, b, q.z, a);
         let thin = Inertia::cone(self.m, c, q.y) + Inertia::rod(self.m, b) - Inertia::plate(self.m, q.x, c);
         let moved = Inertia::turned(sum, Mat3::rotation_y(q.b)) - Inertia::offset(self.m, vec3(q.x, q.y, c));
+        let halves = Inertia::hemisphere(self.m, c) - Inertia::half_cylinder(self.m, q.y, b)
+            + Inertia::ring(self.m, q.x)
+            + Inertia::triangle(self.m, vec3(q.x, 0.0, a), vec3(b, q.z, 0.0), vec3(0.0, c, q.y));
         let v = vec3(0.3, 1.0, -0.7);
-        [sum * v, round * v, thin * v, moved * v]
+        [sum * v, round * v, thin * v, moved * v, halves * v]
     }
     fn other(&self, q: &Coordinates<Self>) -> Frame {
         Frame::at(self.center).frame(vec3(q.y, self.size[2], 0.0), Mat3::rotation_z(q.b))

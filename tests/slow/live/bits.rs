@@ -77,7 +77,11 @@ pub(crate) fn compare<M: OpenLive>(model: &M) -> usize {
             let Some((_, values)) = all.iter().find(|(other, _)| *other == name) else { continue };
             for (i, (value, found)) in values.iter().zip(found).enumerate() {
                 let same = value.to_bits() == found.to_bits() || value.is_nan() && found.is_nan();
-                assert!(same, "{} {name}[{i}]: {value:e} in Rust, {found:e} in JavaScript, {state:?}", M::NAME);
+                assert!(
+                    same,
+                    "{} {name}[{i}]: {value:e} in Rust, {found:e} in JavaScript, {state:?}",
+                    M::NAME
+                );
                 compared += 1;
             }
         }

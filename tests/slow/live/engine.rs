@@ -15,7 +15,11 @@ impl Engine {
         let context = Context::full(&runtime).unwrap();
         let engine = Self { context, _runtime: runtime };
         engine.run::<()>(&motion_script());
-        engine.run::<()>(&format!("const PROGRAMS = {}, MODEL = {{ ...{}, ...PROGRAMS.model }};", M::JAVASCRIPT, page.to_json().unwrap()));
+        engine.run::<()>(&format!(
+            "const PROGRAMS = {}, MODEL = {{ ...{}, ...PROGRAMS.model }};",
+            M::JAVASCRIPT,
+            page.to_json().unwrap()
+        ));
         engine
     }
 

@@ -126,6 +126,9 @@ fn constrained_steps_do_not_allocate() {
         methods::Esdirk4.into(),
         methods::GeneralizedAlpha::default().into(),
         methods::SemiImplicitEuler.into(),
+        methods::ExplicitEuler.into(),
+        methods::Heun.into(),
+        methods::AdamsBashforth4.into(),
     ] {
         let observed = |end: f64| {
             let simulation = ROD.simulate(on_rod(2.0, 0.5)).until(end).method(&method);

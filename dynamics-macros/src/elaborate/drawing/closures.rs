@@ -58,7 +58,7 @@ impl<'a> Elaborator<'a> {
                 let mut last = path.path.segments.iter().rev().map(|s| &s.ident);
                 let (Some(name), Some(ty)) = (last.next(), last.next()) else { return Value::Poison };
                 let arguments = arguments.into_iter().map(|argument| (argument, at)).collect();
-                return self.call_by_path(&ty.to_string(), name, arguments, at);
+                return self.call_by_path(ty, name, arguments, at);
             }
             None => return Value::Poison,
         };

@@ -24,6 +24,9 @@ impl<'a> Elaborator<'a> {
             ("map", [closure]) => {
                 let made = items.iter().map(|item| self.call_argument(closure, vec![item.clone()]));
                 let made: Vec<Value> = made.collect();
+                if made.iter().any(Value::is_poison) {
+                    return Some(Value::Poison);
+                }
                 if is_array {
                     return Some(self.bounded(Value::array(made), name.span()));
                 }

@@ -98,8 +98,9 @@ impl<'a> Elaborator<'a> {
             }
             [.., "Drawing", _] => {
                 let arguments = self.arguments(&e.args);
-                let name = &path.path.segments.last()?.ident;
-                Some(self.call_by_path("Drawing", name, arguments, place))
+                let mut last = path.path.segments.iter().rev().map(|s| &s.ident);
+                let (name, ty) = (last.next()?, last.next()?);
+                Some(self.call_by_path(ty, name, arguments, place))
             }
             _ => None,
         }
@@ -126,13 +127,14 @@ impl<'a> Elaborator<'a> {
     /// `Type::function` for these arguments.
     pub(super) fn call_by_path(
         &mut self,
-        ty: &str,
+        ty: &Ident,
         name: &Ident,
         mut arguments: Vec<Argument>,
         at: Place,
     ) -> Value {
-        let is_own = ty == "Self" || self.declaration.name == ty;
-        match (ty, arguments.len()) {
+        let is_own = ty == "Self" || *ty == self.declaration.name;
+        let text = ty.to_string();
+        match (text.as_str(), arguments.len()) {
             _ if arguments.iter().any(|(argument, _)| argument.is_poison()) => Value::Poison,
             _ if is_own => self.call_function(name, arguments),
             (_, 1) if name == "into" || name == "from" && ty == "Expr" => arguments.remove(0).0,
@@ -140,12 +142,9 @@ impl<'a> Elaborator<'a> {
                 let (receiver, _) = arguments.remove(0);
                 self.drawn_method_of(receiver, name, arguments)
             }
-            _ => match self.library.find(ty) {
+            _ => match self.library.find(&text) {
                 Some(record) => self.library_call(record, name, arguments, at),
-                None => {
-                    let ty = Ident::new(ty, name.span());
-                    self.associated(&ty, name, arguments, at)
-                }
+                None => self.associated(ty, name, arguments, at),
             },
         }
     }

@@ -28,9 +28,9 @@ pub(super) fn picture(language: &JavaScript, model: &mut Model, picture: Picture
         programs.push_str(&drawing(language, model, shapes, in_space));
     }
     model.graph = declared;
-    let named = points.iter().map(|NamedPoint { name, at }| {
-        format!("{{ name: {}, dimension: {} }}", quoted(name), at.len())
-    });
+    let named = points
+        .iter()
+        .map(|NamedPoint { name, at }| format!("{{ name: {}, dimension: {} }}", quoted(name), at.len()));
     let about = format!("space: {in_space}, points: [{}]", named.collect::<Vec<_>>().join(", "));
     (programs, about)
 }
