@@ -14,9 +14,9 @@ use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 use dynamics::simulate::Flow;
 
-/// A bead slides along a wavy wire; the arrow is the push of the wire. On the smooth wire energy is conserved
-/// and the push is m (g cos α + κ v²): largest in the trough, least on the crests. Push it over the crest,
-/// and the wire has to pull.
+/// A bead slides along a wavy wire; the arrow is the push of the wire. On the smooth wire energy is
+/// conserved, and the push is m (g cos α + κ v²): largest in the trough, least near the crests. Raise k: the
+/// push grows with the curvature κ.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m)]
 #[inputs(direction)]
@@ -126,7 +126,7 @@ pub(crate) fn live() -> common::Page {
         .title("Bead on a smooth wire")
         .first_start("let go near the crest")
         .start("small swing", smooth.start(trough - 0.3, 0.0)?)
-        .start("over the crests", smooth.start(trough, 4.6)?)
+        .start("nearly over the crest", smooth.start(trough, 4.4)?)
         .range("g", 1.0, 25.0)
         .range("a", 0.1, 0.6)
         .range("k", 1.0, 4.0)

@@ -54,12 +54,14 @@ impl ThreeCranks {
         self.platform(q).potential_energy(-self.g * Vec2::Y)
     }
     #[holonomic]
-    fn pins(&self, q: &Coordinates<Self>) -> [Vec2; 3] {
-        let mut gaps = [Vec2::ZERO; 3];
-        for i in 0..3 {
-            gaps[i] = self.crank_end(q, i) - self.pin(q, i);
-        }
-        gaps
+    fn outer_pins(&self, q: &Coordinates<Self>) -> [Vec2; 2] {
+        [self.crank_end(q, 0) - self.pin(q, 0), self.crank_end(q, 1) - self.pin(q, 1)]
+    }
+    /// One of its rows repeats what the outer pins say.
+    #[holonomic]
+    #[redundant]
+    fn inner_pin(&self, q: &Coordinates<Self>) -> Vec2 {
+        self.crank_end(q, 2) - self.pin(q, 2)
     }
     #[drawing]
     fn drawing(&self, q: &Coordinates<Self>) -> Drawing {

@@ -54,7 +54,7 @@ function recall() {
 }
 function recalled({ method, accuracy }) {
   parameterSliders.forEach((slider, i) => slider?.set(player.motion.p[i]));
-  inputSliders.forEach((slider, i) => slider.set(player.w[i]));
+  inputSliders.forEach((slider, i) => slider?.set(player.w[i]));
   syncStart();
   setMethod(method, accuracy);
 }

@@ -94,6 +94,24 @@ const pacing = {
   },
 };
 
+// A picture alone begins again where all that moved has stood still for a while.
+const rest = {
+  most: new Float64Array(N), seconds: 0,
+  note(passed) {
+    let moved = false, still = true;
+    for (let i = 0; i < N; i++) {
+      const rate = Math.abs(player.now[N + i]);
+      this.most[i] = Math.max(this.most[i], rate);
+      moved ||= this.most[i] > 0;
+      still &&= rate <= 2e-3 * this.most[i];
+    }
+    this.seconds = moved && still ? this.seconds + passed : 0;
+    if (this.seconds < 1.5) return;
+    this.most.fill(this.seconds = 0);
+    backToStart();
+  },
+};
+
 // ---- the picture under the finger
 
 const turnable = picture.space
@@ -265,6 +283,7 @@ function tick(clock) {
     clockBefore = clock;
     const { ended, reached } = player.play(passed, began + 10);
     pacing.note(passed, reached);
+    if (alone) rest.note(passed);
     if (ended && player.head >= player.last - 1e-6) {
       setPlaying(false);
       if (alone) setTimeout(() => { if (!still()) setPlaying(true); }, 1500);

@@ -28,9 +28,10 @@ function makeInputs() {
     const most = 2 * Math.abs(input.value) || 10, [lo, hi] = input.range ?? [-most, most];
     return { ...input, id: "w" + index, index, lo, hi, change: (v) => set([index], v), changeAll: set };
   });
-  inputSliders = makeSliders($("inputs"), items);
-  inputSliders.forEach((slider, i) => slider.set(player.w[i]));
-  $("input-group").hidden = !items.length;
+  const shown = items.filter(({ held }) => !held), made = makeSliders($("inputs"), shown);
+  inputSliders = items.map((item) => made[shown.indexOf(item)]);
+  inputSliders.forEach((slider, i) => slider?.set(player.w[i]));
+  $("input-group").hidden = !shown.length;
 }
 function makeStart() {
   const set = (part) => (indices, v) => {
