@@ -223,12 +223,13 @@ impl Andrews {
 pub(crate) fn live() -> common::Page {
     let mechanism = published();
     let start = mechanism.assembled()?;
+    let dimensions = Andrews::PARAMETERS.iter().map(|parameter| parameter.name);
     Ok(mechanism
         .live(start)
         .title("Andrews' squeezing mechanism")
+        .hold(dimensions.filter(|name| !["moment", "c0"].contains(name)))
         .range("moment", 0.005, 0.2)
         .range("c0", 1e3, 2e4)
-        .range("rr", 0.004, 0.008)
         .plot(["pin.x", "pin.y", "beta_rate"])
         .phase("gamma")
         .until(0.05)

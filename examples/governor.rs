@@ -120,6 +120,7 @@ pub(crate) fn live() -> common::Page {
         .hold(["ball", "arm", "g", "valve", "closed"])
         .plot(["psi_rate", "height", "tension"])
         .phase("height")
+        .until(120.0)
         .finish()?)
 }
 

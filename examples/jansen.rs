@@ -142,7 +142,8 @@ macro_rules! linkage {
                         .line(pin, heel)
                         .line(hip, heel)
                         .line(shoulder, calf)
-                        .dot(foot);
+                        .dot(foot)
+                        .tail("foot", foot, 1.0);
                 }
                 drawing.pivot(Vec2::ZERO)
             }
@@ -295,7 +296,7 @@ pub(crate) fn live() -> common::Page {
     for name in ["a", "b", "c", "d", "e", "f", "g", "h", "i", "j", "k", "l", "m"] {
         let index = Leg::PARAMETERS.iter().position(|parameter| parameter.name == name);
         let length = index.and_then(|index| leg.parameter(index)).ok_or("a length")?;
-        page = page.range(name, 0.9 * length, 1.1 * length);
+        page = page.range(name, 0.95 * length, 1.05 * length);
     }
     Ok(page.phase("shin[0]").finish()?)
 }

@@ -64,7 +64,7 @@ function makeStart() {
   }
 }
 function takeStartOf({ t, q, u, w, m }) {
-  if (w?.length) { player.w.set(w); inputSliders.forEach((slider, i) => slider.set(player.w[i])); }
+  if (w?.length) { player.w.set(w); inputSliders.forEach((slider, i) => slider?.set(player.w[i])); }
   const refusal = takeStart({ t: t ?? 0, q: Float64Array.from(q), u: Float64Array.from(u), m: m ?? [] });
   if (refusal) toast(refusal);
   return refusal;
