@@ -16,6 +16,7 @@ function link() {
 }
 let addressTimer;
 function remember() {
+  if (alone) return;
   clearTimeout(addressTimer);
   // Browsers refuse addresses that change many times a second, and in some frames all of them.
   addressTimer = setTimeout(() => {
@@ -53,7 +54,7 @@ function recall() {
 }
 function recalled({ method, accuracy }) {
   parameterSliders.forEach((slider, i) => slider?.set(player.motion.p[i]));
-  inputSliders.forEach((slider, i) => slider.set(player.w[i]));
+  inputSliders.forEach((slider, i) => slider?.set(player.w[i]));
   syncStart();
   setMethod(method, accuracy);
 }

@@ -3,6 +3,11 @@
 const player = new Player(), picture = new Picture($("picture"), player);
 const phase = new PhasePlot($("phase"), player), precision = new Precision($("precision"), player);
 const plots = [];
+// With `only=picture` in its address the page is its picture alone, for frames of other pages; with `still=1`
+// that stands. (`#picture` would be the place of an element, to which the outer page would scroll.)
+const asked = (name) => new URLSearchParams(location.hash.slice(1)).get(name);
+const alone = asked("only") === "picture", still = () => asked("still") === "1";
+document.documentElement.classList.toggle("alone", alone);
 let dirty = true, chartDirty = true, frames = 0, spent = 0;
 
 // ---- words
@@ -83,6 +88,24 @@ const pacing = {
     const speed = `×${number(share * player.speed, 2)}`;
     if (share < 1e-3) this.slow = `does not get ahead: ${step}`;
     else if (share < 0.93) this.slow = `${speed}: as fast as this device computes it (${step})`;
+  },
+};
+
+// A picture alone begins again where all that moved has stood still for a while.
+const rest = {
+  most: new Float64Array(N), seconds: 0,
+  note(passed) {
+    let moved = false, still = true;
+    for (let i = 0; i < N; i++) {
+      const rate = Math.abs(player.now[N + i]);
+      this.most[i] = Math.max(this.most[i], rate);
+      moved ||= this.most[i] > 0;
+      still &&= rate <= 2e-3 * this.most[i];
+    }
+    this.seconds = moved && still ? this.seconds + passed : 0;
+    if (this.seconds < 1.5) return;
+    this.most.fill(this.seconds = 0);
+    backToStart();
   },
 };
 
@@ -245,16 +268,25 @@ function drawAll() {
   setStatus(player.reason && head >= last - 1 ? player.reason : player.playing ? pacing.slow : "");
 }
 function tick(clock) {
+  if (alone && !inSight.has($("picture"))) {
+    transport.passed(clock);
+    requestAnimationFrame(tick);
+    return;
+  }
   const began = performance.now();
   if (player.playing && !player.held) {
     const passed = transport.passed(clock);
     const { ended, reached } = player.play(passed, began + 10);
     pacing.note(passed, reached);
-    if (ended && player.head >= player.last - 1e-6) setPlaying(false);
+    if (alone) rest.note(passed);
+    if (ended && player.head >= player.last - 1e-6) {
+      setPlaying(false);
+      if (alone) setTimeout(() => { if (!still()) setPlaying(true); }, 1500);
+    }
     dirty = true;
   }
   if (probe.wanted) { probe.work(began + 8); dirty = true; }
-  else if (precision.work(performance.now() + 4)) dirty = chartDirty = true;
+  else if (!alone && precision.work(performance.now() + 4)) dirty = chartDirty = true;
   if (dirty || picture.gliding) { dirty = false; drawAll(); }
   spent += performance.now() - began;
   frames++;
@@ -269,7 +301,10 @@ function listen() {
     copy(`${location.href.split("#")[0]}#${link()}`, "Link copied: it opens this start and parameters"));
   $("rust").addEventListener("click", () => copy(rust(), "Copied: the same start as Rust"));
   $("csv").addEventListener("click", saveCsv);
-  addEventListener("hashchange", () => recalled(recall()));
+  addEventListener("hashchange", () => {
+    if (alone) setPlaying(!still());
+    else recalled(recall());
+  });
   const repaint = (printed) => {
     document.documentElement.classList.toggle("printed", printed);
     readPalette();
@@ -281,7 +316,7 @@ function listen() {
   addEventListener("afterprint", () => repaint(false));
   watchScheme(() => { dirty = chartDirty = true; });
   new ResizeObserver(() => { dirty = chartDirty = true; }).observe(document.body);
-  for (const { canvas } of plots) sight.observe(canvas);
+  for (const { canvas } of [...plots, picture]) sight.observe(canvas);
 }
 function begin() {
   readPalette();
@@ -309,7 +344,7 @@ function begin() {
   $("not-shown").replaceChildren(...(MODEL.not_portable ?? []).map((text) => element("li", "", text)));
   probe.work(performance.now() + 25);
   requestAnimationFrame(tick);
-  if (!reducedMotion()) setPlaying(true);
+  if (!reducedMotion() && !still()) setPlaying(true);
   const hints = picture.handles().length ? [$("hint").textContent] : [];
   hints.push(`drag the ground to ${picture.space ? "turn" : "move"} it, scroll or pinch to zoom`);
   if (picture.program) $("hint").textContent = hints.join("; ");

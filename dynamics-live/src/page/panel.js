@@ -28,9 +28,10 @@ function makeInputs() {
     const most = 2 * Math.abs(input.value) || 10, [lo, hi] = input.range ?? [-most, most];
     return { ...input, id: "w" + index, index, lo, hi, change: (v) => set([index], v), changeAll: set };
   });
-  inputSliders = makeSliders($("inputs"), items);
-  inputSliders.forEach((slider, i) => slider.set(player.w[i]));
-  $("input-group").hidden = !items.length;
+  const shown = items.filter(({ held }) => !held), made = makeSliders($("inputs"), shown);
+  inputSliders = items.map((item) => made[shown.indexOf(item)]);
+  inputSliders.forEach((slider, i) => slider?.set(player.w[i]));
+  $("input-group").hidden = !shown.length;
 }
 function makeStart() {
   const set = (part) => (indices, v) => {
@@ -60,7 +61,7 @@ function makeStart() {
   }
 }
 function takeStartOf({ t, q, u, w, m }) {
-  if (w?.length) { player.w.set(w); inputSliders.forEach((slider, i) => slider.set(player.w[i])); }
+  if (w?.length) { player.w.set(w); inputSliders.forEach((slider, i) => slider?.set(player.w[i])); }
   const refusal = takeStart({ t: t ?? 0, q: Float64Array.from(q), u: Float64Array.from(u), m: m ?? [] });
   if (refusal) toast(refusal);
   return refusal;
