@@ -172,7 +172,7 @@ mod tests {
         let index = gallery.index();
         assert!(index.contains("a &lt; b") && index.contains("&quot;c&quot;"));
         assert!(index.contains("e &amp; f") && index.contains("g &gt; h.") && !index.contains("I."));
-        assert!(index.contains("src=\"d.html#only=picture\"") && !index.contains("{{"));
+        assert!(index.contains("src=\"d.html#~only=picture\"") && !index.contains("{{"));
     }
 
     #[test]
