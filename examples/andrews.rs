@@ -9,9 +9,13 @@
 //! the forces in the pin; they reach hundreds of newtons.
 
 mod common;
+use dynamics::error::StateError;
 use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// Andrews' squeezing mechanism: seven bodies in three loops, driven by a steady torque, in slow motion. It
+/// is a standard test of solvers for constrained motion: look at the constraint residual and at the error
+/// against cost.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(beta: rad, theta: rad, gamma: rad, phi: rad, delta: rad, omega: rad, epsilon: rad)]
 #[units(
@@ -200,19 +204,41 @@ fn published() -> Andrews {
 }
 
 #[allow(clippy::excessive_precision, reason = "reference values keep their digits")]
+impl Andrews {
+    /// One angle is given; the others are found from rough guesses, which choose the branch.
+    fn assembled(&self) -> Result<State<Self>, StateError> {
+        self.state()
+            .theta(0.0)
+            .beta_guess(-0.06)
+            .gamma_guess(0.45)
+            .phi_guess(0.22)
+            .delta_guess(0.49)
+            .omega_guess(-0.22)
+            .epsilon_guess(1.23)
+            .assemble()
+    }
+}
+
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let mechanism = published();
+    let start = mechanism.assembled()?;
+    let dimensions = Andrews::PARAMETERS.iter().map(|parameter| parameter.name);
+    Ok(mechanism
+        .live(start)
+        .title("Andrews' squeezing mechanism")
+        .hold(dimensions.filter(|name| !["moment", "c0"].contains(name)))
+        .range("moment", 0.005, 0.2)
+        .range("c0", 1e3, 2e4)
+        .plot(["pin.x", "pin.y", "beta_rate"])
+        .phase("gamma")
+        .until(0.05)
+        .finish()?)
+}
+
 fn main() -> common::Outcome {
     let mechanism = published();
-    // One angle is given; the others are found from rough guesses, which choose the branch.
-    let start = mechanism
-        .state()
-        .theta(0.0)
-        .beta_guess(-0.06)
-        .gamma_guess(0.45)
-        .phi_guess(0.22)
-        .delta_guess(0.49)
-        .omega_guess(-0.22)
-        .epsilon_guess(1.23)
-        .assemble()?;
+    let start = mechanism.assembled()?;
     println!("assembled at β = {:.16}", start.beta());
     assert!((start.beta() + 0.06171389001427645).abs() < 1e-14);
 
@@ -282,6 +308,7 @@ fn main() -> common::Outcome {
         .write_svg(files.path("andrews.svg"))?;
     let film = motion.animation().title("Andrews' squeezing mechanism").plot(["gamma", "phi"]);
     film.speed(0.003).write_html(files.path("andrews.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

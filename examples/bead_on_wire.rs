@@ -14,6 +14,9 @@ use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 use dynamics::simulate::Flow;
 
+/// A bead slides along a wavy wire; the arrow is the push of the wire. On the smooth wire energy is
+/// conserved, and the push is m (g cos α + κ v²): largest in the trough, least near the crests. Raise k: the
+/// push grows with the curvature κ.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m)]
 #[inputs(direction)]
@@ -114,6 +117,25 @@ fn speed(state: &State<Bead>) -> f64 {
     state.x_rate().hypot(state.y_rate())
 }
 
+/// The live page of the smooth wire. The closure that turns the friction round is no part of a page.
+pub(crate) fn live() -> common::Page {
+    let smooth = Bead { mass: 0.1, g: 9.81, a: 0.5, k: 2.0, mu: 0.0 };
+    let trough = std::f64::consts::FRAC_PI_2;
+    Ok(smooth
+        .live(smooth.start(0.3, 0.0)?)
+        .title("Bead on a smooth wire")
+        .first_start("let go near the crest")
+        .start("small swing", smooth.start(trough - 0.3, 0.0)?)
+        .start("nearly over the crest", smooth.start(trough, 4.4)?)
+        .range("g", 1.0, 25.0)
+        .range("a", 0.1, 0.6)
+        .range("k", 1.0, 4.0)
+        .hold(["mass", "mu", "direction"])
+        .tolerance(1e-9)
+        .plot(["push", "x"])
+        .finish()?)
+}
+
 fn main() -> common::Outcome {
     let smooth = Bead { mass: 0.1, g: 9.81, a: 0.5, k: 2.0, mu: 0.0 };
 
@@ -182,6 +204,7 @@ fn main() -> common::Outcome {
         )
         .write_svg(files.path("bead.svg"))?;
     settle.animation().title("A bead on a rough wire").speed(0.5).write_html(files.path("bead.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

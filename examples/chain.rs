@@ -10,6 +10,8 @@ mod common;
 use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// A cart that runs freely on a rail, with a chain of ten links. Nothing pushes horizontally, so the centre
+/// of mass of cart and chain keeps its place, whatever the chain does. Drag a joint and let go.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, theta: [rad; 10])]
 #[units(cart: kg, mass: kg, length: m, g: m / s^2)]
@@ -70,6 +72,25 @@ impl Chain {
     }
 }
 
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let chain = Chain { cart: 1.0, mass: [0.1; 10], length: [0.15; 10], g: 9.81 };
+    let start = |theta: fn(usize) -> f64| chain.state().theta(std::array::from_fn(theta)).build();
+    let mut page = chain
+        .live(start(|_| 1.6)?)
+        .title("Chain on a cart")
+        .first_start("stretched out")
+        .start("folded", start(|i| if i % 2 == 0 { 1.5 } else { -1.5 })?)
+        .start("rolled up", start(|i| 0.6 * i as f64)?)
+        .start("whipped", chain.state().theta_rate(std::array::from_fn(|i| i as f64)).build()?)
+        .range("cart", 0.1, 10.0)
+        .range("g", 0.0, 25.0);
+    for i in 0..10 {
+        page = page.range(format!("mass[{i}]"), 0.02, 1.0).range(format!("length[{i}]"), 0.05, 0.3);
+    }
+    Ok(page.method(methods::Dop853).plot(["x", "centre_of_mass"]).phase("theta[9]").finish()?)
+}
+
 fn main() -> common::Outcome {
     let chain = Chain { cart: 1.0, mass: [0.1; 10], length: [0.15; 10], g: 9.81 };
     let start = chain.state().theta([1.6; 10]).build()?;
@@ -102,6 +123,7 @@ fn main() -> common::Outcome {
         )
         .write_svg(files.path("cart.svg"))?;
     motion.animate(files.path("chain.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

@@ -11,6 +11,9 @@ mod common;
 use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// Chaplygin's sleigh: a body on two runners and a skate that cannot slip sideways. The arrow is the force of
+/// the ice on the skate. No force does work, yet the sleigh always ends with its skate behind: push it
+/// backward, and it turns round.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m, phi: rad)]
 #[units(mass: kg, inertia: kg * m^2, a: m)]
@@ -61,6 +64,28 @@ impl Sleigh {
             .line(skate - 0.4 * self.a * forward, skate + 0.4 * self.a * forward)
             .arrow(skate, skate + 0.7 * q.reaction(Self::edge) * side)
     }
+}
+
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let sleigh = Sleigh { mass: 1.0, inertia: 0.1, a: 0.2 };
+    let push = |v: f64, spin: f64| {
+        sleigh.state().x(sleigh.a).x_rate(v).y_rate(sleigh.a * spin).phi_rate(spin).build()
+    };
+    Ok(sleigh
+        .live(push(1.0, 2.0)?)
+        .title("Chaplygin's sleigh")
+        .first_start("pushed forward and spun")
+        .start("pushed backward", push(-1.0, 0.2)?)
+        .start("spun only", push(0.0, 4.0)?)
+        .range("mass", 0.2, 5.0)
+        .range("inertia", 0.01, 1.0)
+        .range("a", 0.02, 0.5)
+        .tolerance(1e-9)
+        .plot(["speed", "sideways"])
+        .phase("phi")
+        .until(6.0)
+        .finish()?)
 }
 
 fn main() -> common::Outcome {
@@ -127,6 +152,7 @@ fn main() -> common::Outcome {
     let (first, second) = (short(1.0, 2.0)?, short(-1.0, 0.2)?);
     let film = Animation::new().add(&first, "forward").add(&second, "backward").title("Chaplygin's sleigh");
     film.speed(0.5).write_html(files.path("sleigh.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

@@ -10,6 +10,9 @@ mod common;
 use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// A proton in a magnetic field goes in a circle. With an electric field across it drifts with E × B/B², at
+/// right angles to both fields, whatever its start. Give it a velocity along the field, and the circle
+/// becomes a helix.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m, z: m)]
 #[units(mass: kg, charge: C, magnetic: T, electric: V / m)]
@@ -37,6 +40,34 @@ impl Particle {
         let place = self.place(q);
         Drawing::new().axes(5e-3).trace("proton", place).dot(place)
     }
+}
+
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let proton = Particle {
+        mass: 1.672_621_9e-27,
+        charge: 1.602_176_6e-19,
+        magnetic: Vec3::new(0.0, 0.0, 0.5),
+        electric: Vec3::new(0.0, 1e4, 0.0),
+    };
+    let start = |along: f64, up: f64| proton.state().x_rate(along).z_rate(up).build();
+    Ok(proton
+        .live(start(1e5, 0.0)?)
+        .title("Proton in crossed fields")
+        .first_start("across the field")
+        .start("as a helix", start(1e5, 1e4)?)
+        .start("at rest", start(0.0, 0.0)?)
+        .start("as fast as the drift", start(2e4, 0.0)?)
+        .range("magnetic.x", -1.0, 1.0)
+        .range("magnetic.y", -1.0, 1.0)
+        .range("magnetic.z", -1.0, 1.0)
+        .range("electric.x", -3e4, 3e4)
+        .range("electric.y", -3e4, 3e4)
+        .range("electric.z", -3e4, 3e4)
+        .hold(["mass", "charge"])
+        .method(methods::Dop853)
+        .plot(["x_rate", "y_rate"])
+        .finish()?)
 }
 
 fn main() -> common::Outcome {
@@ -91,6 +122,7 @@ fn main() -> common::Outcome {
         )
         .write_svg(files.path("paths.svg"))?;
     cycloid.animate(files.path("drift.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

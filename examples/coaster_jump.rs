@@ -10,15 +10,21 @@
 
 mod common;
 use dynamics::SplineError;
+use dynamics::error::StateError;
 use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// A cart on a track without a second rail flies off a hill that is too sharp for its speed, and lands behind
+/// it. The arrow is the push of the track, which ends where the cart takes off. Begin with less speed, until
+/// it stays on the track.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m)]
-#[units(mass: kg, g: m / s^2)]
+#[units(mass: kg, g: m / s^2, end: m)]
 struct Coaster {
     mass: f64,
     g: f64,
+    /// Where the track ends.
+    end: f64,
     track: CubicSpline,
 }
 
@@ -45,6 +51,10 @@ impl Coaster {
         let slope = self.track.at(q.x).dt() / q.x.dt();
         q.reaction(Self::rail) * (1.0 + slope.powi(2)).sqrt() / (self.mass * self.g)
     }
+    #[event]
+    fn end_of_track(&self, q: &Coordinates<Self>) -> Expr {
+        q.x - self.end
+    }
     #[drawing]
     fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
         let (cart, way) = (self.cart(q), self.cart(q).dt());
@@ -63,6 +73,17 @@ impl Coaster {
 }
 
 impl Coaster {
+    fn new() -> Result<Self, SplineError> {
+        // An event looks beyond the end of the track before it says that the end was passed.
+        let track = track()?.extrapolate_linearly();
+        let [_, end] = track.domain();
+        Ok(Self { mass: 600.0, g: 9.81, end, track })
+    }
+    /// At the top of the track, with this speed to the right.
+    fn at_top(&self, speed: f64) -> Result<State<Self>, StateError> {
+        let (top, slope, _) = self.at(0.0);
+        self.state().y(top).x_rate(speed).y_rate(speed * slope.tan()).build()
+    }
     /// Height, slope angle and curvature of the track, positive where it bends downward.
     fn at(&self, x: f64) -> (f64, f64, f64) {
         let [height, slope, second, ..] = self.track.derivatives(x);
@@ -81,18 +102,35 @@ fn track() -> Result<CubicSpline, SplineError> {
     CubicSpline::not_a_knot(&x, &x.iter().map(|&x| height(x)).collect::<Vec<_>>())
 }
 
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let coaster = Coaster::new()?;
+    let start = |speed: f64| coaster.at_top(speed);
+    Ok(coaster
+        .live(start(1.0)?)
+        .title("Jump off the track")
+        .first_start("1 m/s at the top")
+        .start("6 m/s", start(6.0)?)
+        .start("10 m/s", start(10.0)?)
+        .range("mass", 100.0, 2000.0)
+        .range("g", 1.0, 25.0)
+        .hold(["end"])
+        .contact("rail", 0.0)
+        .tolerance(1e-9)
+        .plot(["y", "push"])
+        .stop_at("end_of_track")
+        .finish()?)
+}
+
 fn main() -> common::Outcome {
-    // An event looks beyond the end of the track before it says that the end was passed.
-    let coaster = Coaster { mass: 600.0, g: 9.81, track: track()?.extrapolate_linearly() };
-    let [_, end] = coaster.track.domain();
-    let (top, slope, _) = coaster.at(0.0);
+    let coaster = Coaster::new()?;
+    let end = coaster.end;
     let ride = coaster
-        .simulate(coaster.state().y(top).x_rate(1.0).y_rate(slope.tan()).build()?)
+        .simulate(coaster.at_top(1.0)?)
         .until(60.0)
         .tolerance(1e-11)
         .contact("rail", 0.0)
-        .event("end of the track", move |state| state.x() - end)
-        .stop_at("end of the track", Direction::Rising)
+        .stop_at("end_of_track", Direction::Rising)
         .run()?;
     println!("{}\n", ride.summary());
     assert!(ride.summary().energy_drift < 1e-9);
@@ -161,6 +199,7 @@ fn main() -> common::Outcome {
         .write_svg(files.path("jump.svg"))?;
     let film = ride.animation().title("A cart that jumps").plot(["y", "push"]);
     film.write_html(files.path("jump.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

@@ -9,7 +9,8 @@ mod common;
 use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
-/// Two bobs on massless rods, swinging in a vertical plane.
+/// Two bobs on massless rods swing in a vertical plane: small swings are regular, large ones chaotic. Drag a
+/// bob and let go; then compare the first two starts, which differ by a thousandth of a radian.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(theta1: rad, theta2: rad)]
 #[units(m1: kg, m2: kg, l1: m, l2: m, g: m / s^2)]
@@ -47,6 +48,30 @@ impl DoublePendulum {
             .disc(bob1, 0.07)
             .disc(bob2, 0.07)
     }
+}
+
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let model = DoublePendulum { m1: 1.0, m2: 1.0, l1: 1.0, l2: 1.0, g: 9.81 };
+    let start = |theta1: f64, theta2: f64| model.state().theta1(theta1).theta2(theta2).build();
+    let upper = 120f64.to_radians();
+    Ok(model
+        .live(start(upper, -0.2)?)
+        .title("Double pendulum")
+        .first_start("120°")
+        .start("0.001 rad more", start(upper + 1e-3, -0.2)?)
+        .start("slow mode", start(0.2, 0.2 * f64::sqrt(2.0))?)
+        .start("fast mode", start(0.2, -0.2 * f64::sqrt(2.0))?)
+        .range("m1", 0.1, 10.0)
+        .range("m2", 0.1, 10.0)
+        .range("l1", 0.3, 2.0)
+        .range("l2", 0.3, 2.0)
+        .range("g", 0.0, 25.0)
+        .method(methods::Dop853)
+        .tolerance(1e-10)
+        .plot(["theta1", "theta2"])
+        .phase("theta2")
+        .finish()?)
 }
 
 fn main() -> common::Outcome {
@@ -90,6 +115,7 @@ fn main() -> common::Outcome {
         .add(&motion, "θ₁ = 120°")
         .add(&neighbour, "10⁻⁹ rad more")
         .write_html(files.path("two_starts.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

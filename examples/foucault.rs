@@ -17,6 +17,8 @@ mod common;
 use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// Foucault's pendulum on a small planet with a day of five minutes. Nobody turns its plane: seen from the
+/// turning ground, it turns by itself at Ω sin φ. Take the latitude to zero, the equator, and it stays.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(east: m, north: m)]
 #[units(mass: kg, length: m, mu: m^3 / s^2, place: m, rotation: rad / s, latitude: rad)]
@@ -72,6 +74,26 @@ fn plumb(mu: f64, radius: f64, rotation: f64, latitude: f64) -> [f64; 2] {
     let pull = mu / radius.powi(3);
     let geocentric = f64::atan((pull - rotation * rotation) / pull * latitude.tan());
     [radius * geocentric.cos(), radius * geocentric.sin()]
+}
+
+/// The live page: a planet of 5 km with a day of five minutes, to be seen.
+pub(crate) fn live() -> common::Page {
+    let (radius, latitude) = (5e3_f64, 48.846_f64.to_radians());
+    let (mu, rotation) = (9.81 * radius.powi(2), std::f64::consts::TAU / 300.0);
+    let place = plumb(mu, radius, rotation, latitude);
+    let model = Foucault { mass: 28.0, length: 10.0, mu, place, rotation, latitude };
+    Ok(model
+        .live(model.state().east(4.0).build()?)
+        .title("Foucault's pendulum")
+        .first_start("let go, seen from the ground")
+        .start("let go, seen from space", model.state().east(4.0).north_rate(-rotation * 3.0).build()?)
+        .range("latitude", 0.0, 1.5)
+        .range("length", 5.0, 20.0)
+        .hold(["mass", "mu", "place[0]", "place[1]", "rotation"])
+        .method(methods::Dop853)
+        .tolerance(1e-10)
+        .plot(["east", "north"])
+        .finish()?)
 }
 
 fn main() -> common::Outcome {
@@ -140,6 +162,7 @@ fn main() -> common::Outcome {
         .panel_height(420.0)
         .write_svg(files.path("from_above.svg"))?;
     seen.animate(files.path("short_day.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

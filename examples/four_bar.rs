@@ -13,6 +13,9 @@ use dynamics::kinematics::KinematicsErrorKind;
 use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// Hoecken's four-bar linkage: a point of its coupler runs along a straight line for half of the turn.
+/// Shorten the rocker c to 0.12 m: the shortest and the longest link are now longer than the other two
+/// (Grashof), and the motion stops in a singular position.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(crank: rad, coupler: rad, rocker: rad)]
 #[units(ground: m, a: m, b: m, c: m, beyond: m, inertia: kg * m^2, omega: rad / s)]
@@ -85,6 +88,28 @@ impl FourBar {
     }
 }
 
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let bar = FourBar::new([0.2, 0.1, 0.25, 0.25]);
+    let start = |crank: f64| {
+        let state = bar.state().at_time(crank / bar.omega).crank_guess(crank);
+        state.coupler_guess(1.4).rocker_guess(1.8).assemble()
+    };
+    Ok(bar
+        .live(start(0.0)?)
+        .title("Four-bar with a straight line and a singular position")
+        .range("ground", 0.05, 0.4)
+        .range("a", 0.05, 0.3)
+        .range("b", 0.1, 0.4)
+        .range("c", 0.1, 0.4)
+        .range("beyond", 0.0, 0.5)
+        .range("omega", 0.5, 12.0)
+        .hold(["inertia"])
+        .plot(["path.x", "path.y", "rocker"])
+        .phase("rocker")
+        .finish()?)
+}
+
 fn main() -> common::Outcome {
     let bar = FourBar::new([0.2, 0.1, 0.25, 0.25]);
     let turn = TAU / bar.omega;
@@ -155,6 +180,7 @@ fn main() -> common::Outcome {
     let two = bar.kinematics(motion.start()).until(2.0 * turn).run()?;
     let film = two.animation().title("Hoecken's straight line").plot(["coupler", "rocker"]);
     film.speed(0.25).write_html(files.path("four_bar.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

@@ -14,6 +14,8 @@ mod common;
 use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// A wheel in a gimbal, with a weight on its axle. The weight does not tip a fast wheel over: the whole turns
+/// about the vertical instead. Take the start without spin, or put more weight on the axle.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(outer: rad, inner: rad, spin: rad)]
 #[units(mass: kg, radius: m, rings: kg, weight: kg, arm: m, g: m / s^2)]
@@ -98,6 +100,28 @@ impl Gimbal {
     }
 }
 
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let gimbal = Gimbal { mass: 2.0, radius: 0.1, rings: 0.3, weight: 0.4, arm: 0.14, g: 9.81 };
+    let start = |spin: f64| gimbal.state().inner(1.1).spin_rate(spin).build();
+    Ok(gimbal
+        .live(start(60.0)?)
+        .title("Wheel in a gimbal")
+        .first_start("fast")
+        .start("slow", start(15.0)?)
+        .start("without spin", start(0.0)?)
+        .range("mass", 0.5, 5.0)
+        .range("weight", 0.0, 2.0)
+        .range("arm", 0.05, 0.3)
+        .range("rings", 0.05, 1.0)
+        .hold(["radius", "g"])
+        .method(methods::Dop853)
+        .tolerance(1e-10)
+        .plot(["outer", "inner"])
+        .phase("inner")
+        .finish()?)
+}
+
 fn main() -> common::Outcome {
     let gimbal = Gimbal { mass: 2.0, radius: 0.1, rings: 0.3, weight: 0.4, arm: 0.14, g: 9.81 };
     let (tilt, spin) = (1.1, 120.0);
@@ -151,6 +175,7 @@ fn main() -> common::Outcome {
         .plot(["outer", "inner"])
         .speed(0.25)
         .write_html(files.path("gimbal.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

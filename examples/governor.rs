@@ -12,6 +12,9 @@ mod common;
 use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// Porter's governor of an engine. Its balls fly out as the shaft turns faster, raise the sleeve, and the
+/// sleeve closes the valve. Change the load, and it finds a new speed; take the damper of the sleeve away,
+/// and it hunts.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(psi: rad, theta: rad, height: m)]
 #[inputs(load: N * m)]
@@ -90,6 +93,37 @@ fn steady(governor: &Governor, load: f64) -> (f64, f64, f64) {
     (cosine.acos(), height, square.sqrt())
 }
 
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let governor = Governor {
+        ball: 1.0,
+        sleeve: 8.0,
+        arm: 0.3,
+        flywheel: 5.0,
+        g: 9.81,
+        dashpot: 12.0,
+        valve: 91.0,
+        closed: -0.35,
+    };
+    let (theta, height, speed) = steady(&governor, 10.0);
+    let start = |load: f64| governor.state().theta(theta).height(height).psi_rate(speed).load(load).build();
+    Ok(governor
+        .live(start(6.0)?)
+        .title("Governor of an engine")
+        .first_start("the load drops to 6 N m")
+        .start("the load of 10 N m stays", start(10.0)?)
+        .start("the load rises to 12 N m", start(12.0)?)
+        .range("load", 0.0, 15.0)
+        .range("dashpot", 0.0, 100.0)
+        .range("sleeve", 2.0, 20.0)
+        .range("flywheel", 1.0, 20.0)
+        .hold(["ball", "arm", "g", "valve", "closed"])
+        .plot(["psi_rate", "height", "tension"])
+        .phase("height")
+        .until(120.0)
+        .finish()?)
+}
+
 fn main() -> common::Outcome {
     let damped = Governor {
         ball: 1.0,
@@ -158,6 +192,7 @@ fn main() -> common::Outcome {
         .write_svg(files.path("governor.svg"))?;
     let short = damped.simulate(start(&damped)?).until(8.0).tolerance(1e-9).run()?;
     short.animation().plot(["height"]).speed(0.25).write_html(files.path("governor.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

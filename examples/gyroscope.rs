@@ -10,6 +10,9 @@ mod common;
 use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// A heavy top on a pivot, let go with its axis at rest. It falls a little, is turned aside, and its axis
+/// moves in cusps. Take the other starts: pushed just right it precesses evenly, pushed backward it moves in
+/// loops, and slow it tumbles.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(angles: [rad; 3])]
 #[units(mass: kg, radius: m, thickness: m, arm: m, g: m / s^2)]
@@ -64,6 +67,45 @@ impl Gyroscope {
     }
 }
 
+impl Gyroscope {
+    /// The slow precession that goes on evenly at this tilt, where the spin ψ̇ of the rotor is given:
+    /// (A − C) cos ϑ φ̇² − C ψ̇ φ̇ + m g l = 0.
+    fn steady(&self, tilt: f64, spin: f64) -> f64 {
+        let inertia = Inertia::cylinder(self.mass, self.radius, self.thickness).value();
+        let (along, across) = (inertia[(2, 2)], inertia[(0, 0)] + self.mass * self.arm.powi(2));
+        let moment = self.mass * self.g * self.arm;
+        let half = 0.5 * along * spin;
+        moment / (half + (half * half - (across - along) * tilt.cos() * moment).sqrt())
+    }
+}
+
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let gyroscope = Gyroscope { mass: 0.3, radius: 0.04, thickness: 0.01, arm: 0.05, g: 9.81 };
+    let tilt = 1.2_f64;
+    let start = |push: f64, spin: f64| {
+        gyroscope.state().angles([0.0, tilt, 0.0]).angles_rate([push, 0.0, spin]).build()
+    };
+    Ok(gyroscope
+        .live(start(0.0, 120.0)?)
+        .title("Heavy top")
+        .first_start("let go: cusps")
+        .start("steady", start(gyroscope.steady(tilt, 120.0), 120.0)?)
+        .start("pushed on: waves", start(2.0, 120.0)?)
+        .start("pushed back: loops", start(-4.0, 120.0)?)
+        .start("slow", start(0.0, 45.0)?)
+        .range("mass", 0.05, 2.0)
+        .range("radius", 0.02, 0.08)
+        .range("arm", 0.02, 0.15)
+        .range("g", 0.0, 25.0)
+        .hold(["thickness"])
+        .method(methods::Dop853)
+        .tolerance(1e-10)
+        .plot(["angles[0]", "angles[1]"])
+        .phase("angles[1]")
+        .finish()?)
+}
+
 fn main() -> common::Outcome {
     let gyroscope = Gyroscope { mass: 0.3, radius: 0.04, thickness: 0.01, arm: 0.05, g: 9.81 };
     let (tilt, spin) = (1.2_f64, 180.0);
@@ -113,6 +155,7 @@ fn main() -> common::Outcome {
         .write_svg(files.path("cusps.svg"))?;
     // The spin would be all that is seen of three angles.
     motion.animation().plot(["angles[1]"]).write_html(files.path("gyroscope.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

@@ -13,6 +13,8 @@ mod common;
 use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// A satellite spun about its intermediate axis, with a wheel on that axis. Without the wheel it tumbles like
+/// the book; a wheel that turns fast enough with it keeps it upright. Compare the starts.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(e: [_; 4], wheel: rad)]
 #[speeds(omega: [rad / s; 3], spin: rad / s)]
@@ -63,6 +65,29 @@ impl Gyrostat {
     }
 }
 
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let satellite = Gyrostat { inertia: [0.6, 1.0, 1.3], j: 0.05 };
+    let start = |spin: f64| {
+        let state = satellite.state().e([1.0, 0.0, 0.0, 0.0]);
+        state.omega([0.02, 2.0, 0.02]).spin(spin).build()
+    };
+    Ok(satellite
+        .live(start(0.0)?)
+        .title("Satellite with a wheel")
+        .first_start("the wheel rests in it")
+        .start("a fast wheel", start(16.0)?)
+        .start("a wheel that is too slow", start(6.0)?)
+        .range("inertia[0]", 0.3, 1.5)
+        .range("inertia[1]", 0.3, 1.5)
+        .range("inertia[2]", 0.3, 1.5)
+        .range("j", 0.01, 0.2)
+        .method(methods::Dop853)
+        .tolerance(1e-10)
+        .phase("e[0]")
+        .finish()?)
+}
+
 fn main() -> common::Outcome {
     let satellite = Gyrostat { inertia: [1.0, 2.0, 3.0], j: 0.05 };
     let ([a, b, c], turning, beside) = (satellite.inertia, 1.0, 1e-3);
@@ -109,6 +134,7 @@ fn main() -> common::Outcome {
         let film = Animation::new().add(&motion, "satellite").title("A gyrostat").plot(["omega[1]", "spin"]);
         film.speed(2.0).write_html(files.path(name))?;
     }
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

@@ -16,6 +16,9 @@ use dynamics::model::Model;
 use dynamics::output::{Animation, Axis, Panel};
 use dynamics::prelude::*;
 
+/// A bead on a hoop that turns about its diameter. Below ω² = g/R the bottom is stable, above it two
+/// positions aside are, at cos θ = g/(R ω²). Change the speed through 4.43 rad/s; with an offset one side is
+/// preferred.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(theta: rad)]
 #[units(mass: kg, radius: m, offset: m, speed: rad / s, g: m / s^2)]
@@ -77,6 +80,26 @@ fn let_go<'m>(slow: &'m Hoop, fast: &'m Hoop) -> Result<[Motion<'m, Hoop>; 2], B
     );
     assert!(highest(&stays) < 0.051 && (highest(&leaves) - farthest).abs() < 1e-4);
     Ok([stays, leaves])
+}
+
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let hoop = Hoop { mass: 0.1, radius: 0.5, offset: 0.0, speed: 5.5, g: 9.81 };
+    let start = |theta: f64| hoop.state().theta(theta).build();
+    Ok(hoop
+        .live(start(0.05)?)
+        .title("Bead on a turning hoop")
+        .first_start("near the bottom")
+        .start("at the side", start(f64::acos(9.81 / (0.5 * 5.5 * 5.5)))?)
+        .start("over the top", hoop.state().theta(0.05).theta_rate(12.0).build()?)
+        .range("speed", 0.0, 10.0)
+        .range("offset", -0.1, 0.1)
+        .range("radius", 0.2, 1.0)
+        .range("g", 0.0, 25.0)
+        .hold(["mass"])
+        .tolerance(1e-9)
+        .plot(["theta"])
+        .finish()?)
 }
 
 fn main() -> common::Outcome {
@@ -154,6 +177,7 @@ fn main() -> common::Outcome {
         .add(&stays, "0.8 of the critical speed")
         .add(&leaves, "1.4 times the critical speed");
     film.speed(0.25).write_html(files.path("bead.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

@@ -142,7 +142,8 @@ macro_rules! linkage {
                         .line(pin, heel)
                         .line(hip, heel)
                         .line(shoulder, calf)
-                        .dot(foot);
+                        .dot(foot)
+                        .tail("foot", foot, 1.0);
                 }
                 drawing.pivot(Vec2::ZERO)
             }
@@ -183,7 +184,9 @@ macro_rules! linkage {
 }
 
 linkage!(
-    /// One leg, to the left.
+    /// A leg of Theo Jansen's beach animals, in his "holy numbers": the foot goes straight along the ground
+    /// for more than a third of the turn, and is lifted back. Change a length by a few per cent, and it
+    /// limps.
     Leg,
     1
 );
@@ -282,6 +285,22 @@ impl Film for Walk<'_, '_> {
     }
 }
 
+/// The live page of one leg.
+pub(crate) fn live() -> common::Page {
+    let leg = Leg::holy(|_| [0.0, -1.0]);
+    let mut page = leg
+        .live(leg.start()?)
+        .title("Jansen's leg")
+        .range("omega", 0.5, 12.0)
+        .hold(["joint", "rod", "inertia", "throw[0]", "side[0]"]);
+    for name in ["a", "b", "c", "d", "e", "f", "g", "h", "i", "j", "k", "l", "m"] {
+        let index = Leg::PARAMETERS.iter().position(|parameter| parameter.name == name);
+        let length = index.and_then(|index| leg.parameter(index)).ok_or("a length")?;
+        page = page.range(name, 0.95 * length, 1.05 * length);
+    }
+    Ok(page.phase("shin[0]").finish()?)
+}
+
 fn main() -> common::Outcome {
     let mut files = common::Files::of("jansen");
 
@@ -346,6 +365,7 @@ fn main() -> common::Outcome {
         )
         .write_svg(files.path("jansen.svg"))?;
     Animation::new().add(&walk, "").write_html(files.path("walk.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

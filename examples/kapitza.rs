@@ -10,6 +10,8 @@ mod common;
 use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// A pendulum stands upright on a pivot that is shaken up and down quickly. Push its bob aside: it swings
+/// about the upright. Lower the amplitude or the frequency until a² Ω² < 2 g l, and it falls.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(theta: rad)]
 #[units(mass: kg, length: m, amplitude: m, frequency: rad / s, g: m / s^2)]
@@ -46,6 +48,26 @@ impl Kapitza {
         let (pivot, bob) = (self.pivot(q), self.bob(q));
         Drawing::new().tail("bob", bob, 1.0).pivot(pivot).line(pivot, bob).disc(bob, 0.015)
     }
+}
+
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let model = Kapitza { mass: 1.0, length: 0.2, amplitude: 0.02, frequency: 200.0, g: 9.81 };
+    let start = |theta: f64| model.state().theta(theta).build();
+    Ok(model
+        .live(start(0.3)?)
+        .title("Kapitza's pendulum")
+        .first_start("near the upright")
+        .start("far from it", start(1.2)?)
+        .start("hanging", start(2.8)?)
+        .range("length", 0.1, 0.4)
+        .range("amplitude", 0.0, 0.04)
+        .range("frequency", 50.0, 400.0)
+        .range("g", 0.0, 25.0)
+        .hold(["mass"])
+        .method(methods::Dop853)
+        .plot(["theta"])
+        .finish()?)
 }
 
 fn main() -> common::Outcome {
@@ -90,6 +112,7 @@ fn main() -> common::Outcome {
         .add(&falls, "falls")
         .speed(0.25)
         .write_html(files.path("kapitza.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

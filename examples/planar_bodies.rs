@@ -12,6 +12,9 @@ mod common;
 use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// A four-bar linkage of three bars: nine coordinates of bodies, and eight rows of four pins. The crank turns
+/// by its own momentum and weight, and energy is conserved. Change a length, and the bars are put together
+/// again.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: [m; 3], y: [m; 3], crank: rad, coupler: rad, rocker: rad)]
 #[units(density: kg / m, lengths: m, base: m, g: m / s^2)]
@@ -122,6 +125,30 @@ impl SliderCrank {
     }
 }
 
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let four_bar = FourBar { density: 2.0, lengths: [0.3, 0.8, 0.6], base: 0.7, g: 9.81 };
+    let start = |spin: f64| {
+        let crank = four_bar.state().crank(0.4).crank_rate(spin).coupler_guess(0.4).rocker_guess(1.2);
+        crank.x_guess([0.1, 0.6, 0.8]).y_guess([0.1, 0.3, 0.3]).assemble()
+    };
+    Ok(four_bar
+        .live(start(12.0)?)
+        .title("Four-bar from bodies and pins")
+        .first_start("12 rad/s")
+        .start("let go", start(0.0)?)
+        .range("lengths[0]", 0.1, 0.4)
+        .range("lengths[1]", 0.5, 1.0)
+        .range("lengths[2]", 0.4, 0.9)
+        .range("base", 0.5, 0.9)
+        .range("density", 0.5, 10.0)
+        .range("g", 0.0, 25.0)
+        .tolerance(1e-9)
+        .plot(["crank", "rocker"])
+        .phase("rocker")
+        .finish()?)
+}
+
 fn main() -> common::Outcome {
     let four_bar = FourBar { density: 2.0, lengths: [0.3, 0.8, 0.6], base: 0.7, g: 9.81 };
     // The crank is known; where the other bars are is solved, from about where they stand.
@@ -180,6 +207,7 @@ fn main() -> common::Outcome {
         .write_svg(files.path("linkages.svg"))?;
     Animation::new().add(&motion, "").plot(["crank", "rocker"]).write_html(files.path("four_bar.html"))?;
     Animation::new().add(&sliding, "").plot(["x[2]"]).write_html(files.path("slider_crank.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

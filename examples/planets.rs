@@ -6,9 +6,12 @@
 //! others. On average the periods still follow Kepler's third law T² = a³ / (1 + m).
 
 mod common;
+use dynamics::error::StateError;
 use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// The Sun and four planets, by their mutual attraction alone: astronomical units, years, masses of the Sun.
+/// Raise the mass of Jupiter to 0.05 and more: the Sun moves, and the inner planets leave their circles.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: [_; 5], y: [_; 5])]
 struct Planets {
@@ -66,26 +69,56 @@ fn perihelion(gravitation: f64, mass: f64, a: f64, e: f64) -> (f64, f64) {
     (a * (1.0 - e), (gravitation * (1.0 + mass) * (1.0 + e) / (a * (1.0 - e))).sqrt())
 }
 
-fn main() -> common::Outcome {
-    let gravitation = 4.0 * std::f64::consts::PI.powi(2);
-    let model = Planets { gravitation, mass: [1.0, 2.448e-6, 3.003e-6, 3.227e-7, 9.546e-4] };
-    let axes = [0.0, 0.7233, 1.0, 1.5237, 5.2034];
-    let eccentricities = [0.0, 0.0068, 0.0167, 0.0934, 0.0484];
-    let directions = [0.0, 2.3, 1.8, 5.9, 0.3_f64];
+/// Half axes of the orbits.
+const AXES: [f64; 5] = [0.0, 0.7233, 1.0, 1.5237, 5.2034];
 
-    let (mut x, mut y, mut vx, mut vy) = ([0.0; 5], [0.0; 5], [0.0; 5], [0.0; 5]);
-    for i in 1..5 {
-        let (distance, speed) = perihelion(gravitation, model.mass[i], axes[i], eccentricities[i]);
-        let (sin, cos) = directions[i].sin_cos();
-        (x[i], y[i], vx[i], vy[i]) = (distance * cos, distance * sin, -speed * sin, speed * cos);
+fn model() -> Planets {
+    let gravitation = 4.0 * std::f64::consts::PI.powi(2);
+    Planets { gravitation, mass: [1.0, 2.448e-6, 3.003e-6, 3.227e-7, 9.546e-4] }
+}
+
+impl Planets {
+    /// Every planet at its perihelion.
+    fn start(&self) -> Result<State<Self>, StateError> {
+        let eccentricities = [0.0, 0.0068, 0.0167, 0.0934, 0.0484];
+        let directions = [0.0, 2.3, 1.8, 5.9, 0.3_f64];
+        let (mut x, mut y, mut vx, mut vy) = ([0.0; 5], [0.0; 5], [0.0; 5], [0.0; 5]);
+        for i in 1..5 {
+            let (distance, speed) = perihelion(self.gravitation, self.mass[i], AXES[i], eccentricities[i]);
+            let (sin, cos) = directions[i].sin_cos();
+            (x[i], y[i], vx[i], vy[i]) = (distance * cos, distance * sin, -speed * sin, speed * cos);
+        }
+        // These are motions about the Sun; in the frame of the centre of mass everything keeps its place on
+        // the page.
+        for v in [&mut vx, &mut vy] {
+            let mean = (0..5).map(|i| self.mass[i] * v[i]).sum::<f64>() / self.mass.iter().sum::<f64>();
+            v.iter_mut().for_each(|v| *v -= mean);
+        }
+        self.state().x(x).y(y).x_rate(vx).y_rate(vy).build()
     }
-    // These are motions about the Sun; in the frame of the centre of mass everything keeps its place on the
-    // page.
-    for v in [&mut vx, &mut vy] {
-        let mean = (0..5).map(|i| model.mass[i] * v[i]).sum::<f64>() / model.mass.iter().sum::<f64>();
-        v.iter_mut().for_each(|v| *v -= mean);
-    }
-    let start = model.state().x(x).y(y).x_rate(vx).y_rate(vy).build()?;
+}
+
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let model = model();
+    let start = model.start()?;
+    Ok(model
+        .live(start)
+        .title("Planets")
+        .hold(["mass[1]", "mass[2]", "mass[3]"])
+        .range("gravitation", 4.0, 400.0)
+        .range("mass[0]", 0.1, 3.0)
+        .range("mass[4]", 1e-4, 0.3)
+        .method(methods::Dop853)
+        .tolerance(1e-10)
+        .plot(["angular_momentum"])
+        .phase("x[2]")
+        .finish()?)
+}
+
+fn main() -> common::Outcome {
+    let model = model();
+    let start = model.start()?;
     let mut run = model.simulate(start).until(120.0).tolerance(1e-12);
     for (i, name) in Planets::NAMES.into_iter().enumerate().skip(1) {
         run = run.event(name, move |s| s.y(i) - s.y(0)); // passes the x-axis as seen from the Sun
@@ -105,7 +138,7 @@ fn main() -> common::Outcome {
             .map(|e| e.time())
             .collect();
         let period = (times[times.len() - 1] - times[0]) / (times.len() - 1) as f64;
-        let kepler = (axes[i].powi(3) / (1.0 + model.mass[i])).sqrt();
+        let kepler = (AXES[i].powi(3) / (1.0 + model.mass[i])).sqrt();
         println!("{name:8}  {period:15.5}  {kepler:14.5}");
         assert!((period / kepler - 1.0).abs() < 1e-4, "Kepler's third law");
     }
@@ -123,6 +156,7 @@ fn main() -> common::Outcome {
         .title("Sun and four planets, a second a year")
         .without_plot()
         .write_html(files.path("planets.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

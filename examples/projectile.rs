@@ -9,6 +9,9 @@ mod common;
 use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// A baseball thrown at 45 m/s; the arrow is its velocity. Without air, as at first, it flies v²/g far at 45°
+/// and lands as fast as it was thrown. Raise the drag k to 9e-4 kg/m, as of air, and half of the range is
+/// gone.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m)]
 #[units(mass: kg, k: kg / m, g: m / s^2)]
@@ -54,6 +57,29 @@ impl Ball {
             .color(Color::Faint)
             .arrow(place, place + 0.4 * place.dt())
     }
+}
+
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let ball = Ball { mass: 0.145, k: 0.0, g: 9.81 };
+    let thrown = |degrees: f64| {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        ball.state().x_rate(45.0 * cos).y_rate(45.0 * sin).build()
+    };
+    Ok(ball
+        .live(thrown(45.0)?)
+        .title("Projectile")
+        .first_start("45°")
+        .start("30°", thrown(30.0)?)
+        .start("60°", thrown(60.0)?)
+        .start("75°", thrown(75.0)?)
+        .range("mass", 0.02, 1.0)
+        .range("k", 0.0, 5e-3)
+        .range("g", 1.0, 25.0)
+        .plot(["x", "y", "speed"])
+        .phase("y")
+        .stop_at("ground")
+        .finish()?)
 }
 
 fn main() -> common::Outcome {
@@ -108,6 +134,7 @@ fn main() -> common::Outcome {
         )
         .write_svg(files.path("path.svg"))?;
     Animation::new().add(air, "in air").add(vacuum, "in vacuum").write_html(files.path("flight.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

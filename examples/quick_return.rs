@@ -12,6 +12,9 @@ use std::f64::consts::{PI, TAU};
 use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// Whitworth's quick-return mechanism of a shaping machine: slow forth under the load of the cut, fast back.
+/// The crank turns steadily: 240° for the way forth, 120° for the way back. Lengthen the crank's radius, and
+/// the way back gets faster; then look at the torque of the motor.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(crank: rad, arm: rad, slide: m, link: rad, ram: m)]
 #[units(
@@ -110,6 +113,36 @@ impl QuickReturn {
     }
 }
 
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let model = QuickReturn {
+        radius: 0.1,
+        depth: 0.2,
+        length: 0.45,
+        link_length: 0.2,
+        height: 0.22,
+        inertia: 0.05,
+        block: 0.5,
+        mass: 10.0,
+        cut: 800.0,
+        edge: 0.02,
+        omega: 3.0,
+    };
+    let start = model.state().arm_guess(0.4).slide_guess(0.2).ram_guess(0.4).assemble()?;
+    Ok(model
+        .live(start)
+        .title("Quick return")
+        .range("radius", 0.03, 0.14)
+        .range("depth", 0.17, 0.3)
+        .range("cut", 0.0, 2000.0)
+        .range("mass", 1.0, 50.0)
+        .range("omega", 0.5, 8.0)
+        .hold(["length", "link_length", "height", "inertia", "block", "edge"])
+        .plot(["ram", "ram_rate", "torque"])
+        .phase("ram")
+        .finish()?)
+}
+
 fn main() -> common::Outcome {
     let model = QuickReturn {
         radius: 0.1,
@@ -169,6 +202,7 @@ fn main() -> common::Outcome {
         .write_svg(files.path("stroke.svg"))?;
     let film = motion.animation().title("A shaping machine").plot(["ram_rate"]);
     film.speed(0.5).write_html(files.path("quick_return.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

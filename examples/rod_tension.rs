@@ -10,6 +10,8 @@ mod common;
 use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// A pendulum in Cartesian coordinates: its rod is a constraint, and the pull of the rod is a result, drawn
+/// as an arrow. Let it go above its pivot: at first the rod pushes. A thread would be slack there.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m)]
 #[units(mass: kg, length: m, g: m / s^2)]
@@ -52,6 +54,24 @@ impl Pendulum {
             .color(Color::Red)
             .arrow(bob, bob + pull)
     }
+}
+
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let model = Pendulum { mass: 1.0, length: 1.0, g: 9.81 };
+    let start = |theta: f64| model.state().x(theta.sin()).y(-theta.cos()).build();
+    Ok(model
+        .live(start(2.0)?)
+        .title("Pull of a rod")
+        .first_start("above the pivot")
+        .start("level", start(std::f64::consts::FRAC_PI_2)?)
+        .start("small swing", start(0.2)?)
+        .start("once around", model.state().y(-1.0).x_rate(7.5).build()?)
+        .range("mass", 0.2, 5.0)
+        .range("length", 0.3, 2.0)
+        .range("g", 0.0, 25.0)
+        .plot(["tension"])
+        .finish()?)
 }
 
 fn main() -> common::Outcome {
@@ -109,6 +129,7 @@ fn main() -> common::Outcome {
         )
         .write_svg(files.path("tension.svg"))?;
     model.simulate(start).until(10.0).run()?.animate(files.path("rod_tension.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

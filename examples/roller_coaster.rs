@@ -6,15 +6,21 @@
 //! rail pushes with N = m n·(r̈ + g e_y). As long as N > 0 all the way around the loop, no belt is needed.
 
 mod common;
+use dynamics::SplineError;
 use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// A cart rides a track with a loop; the arrow is its velocity. Its speed depends on the height alone. Look
+/// at the force of the rail in the loop, then begin slower or lower: where that force turns negative, only a
+/// second rail holds the cart.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(s: m)]
-#[units(mass: kg, g: m / s^2)]
+#[units(mass: kg, g: m / s^2, end: m)]
 struct RollerCoaster {
     mass: f64,
     g: f64,
+    /// Where the track ends.
+    end: f64,
     x: CubicSpline,
     y: CubicSpline,
 }
@@ -42,6 +48,10 @@ impl RollerCoaster {
     #[output]
     fn speed(&self, q: &Coordinates<Self>) -> Expr {
         self.cart(q).dt().norm()
+    }
+    #[event]
+    fn end_of_track(&self, q: &Coordinates<Self>) -> Expr {
+        q.s - self.end
     }
     #[drawing]
     fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
@@ -85,6 +95,23 @@ fn track() -> Vec<[f64; 2]> {
     points
 }
 
+impl RollerCoaster {
+    /// On the track through these points.
+    fn on(points: &[[f64; 2]]) -> Result<Self, SplineError> {
+        // The parameter s is the length of the chords: close to the length of the track.
+        let mut s = vec![0.0];
+        s.extend(points.windows(2).scan(0.0, |sum, p| {
+            *sum += f64::hypot(p[1][0] - p[0][0], p[1][1] - p[0][1]);
+            Some(*sum)
+        }));
+        let spline =
+            |axis: usize| CubicSpline::not_a_knot(&s, &points.iter().map(|p| p[axis]).collect::<Vec<_>>());
+        // An event looks beyond the end of the track before it says that the end was passed.
+        let (x, y) = (spline(0)?.extrapolate_linearly(), spline(1)?.extrapolate_linearly());
+        Ok(Self { mass: 600.0, g: 9.81, end: s[s.len() - 1], x, y })
+    }
+}
+
 /// What a rider sees and feels.
 struct Instant {
     t: f64,
@@ -94,27 +121,34 @@ struct Instant {
     rail: f64,
 }
 
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let coaster = RollerCoaster::on(&track())?;
+    let start = |s: f64, speed: f64| coaster.state().s(s).s_rate(speed).build();
+    Ok(coaster
+        .live(start(0.0, 1.0)?)
+        .title("Roller coaster")
+        .first_start("from the top")
+        .start("faster", start(0.0, 10.0)?)
+        .start("from the middle of the slope", start(22.0, 0.0)?)
+        .start("in the valley", start(46.0, 2.0)?)
+        .range("mass", 100.0, 2000.0)
+        .range("g", 1.0, 25.0)
+        .hold(["end"])
+        .tolerance(1e-9)
+        .plot(["rail", "speed"])
+        .stop_at("end_of_track")
+        .finish()?)
+}
+
 fn main() -> common::Outcome {
     let points = track();
-    // The parameter s is the length of the chords: close to the length of the track.
-    let mut s = vec![0.0];
-    s.extend(points.windows(2).scan(0.0, |sum, p| {
-        *sum += f64::hypot(p[1][0] - p[0][0], p[1][1] - p[0][1]);
-        Some(*sum)
-    }));
-    let spline =
-        |axis: usize| CubicSpline::not_a_knot(&s, &points.iter().map(|p| p[axis]).collect::<Vec<_>>());
-    // An event looks beyond the end of the track before it says that the end was passed.
-    let (x, y) = (spline(0)?.extrapolate_linearly(), spline(1)?.extrapolate_linearly());
-    let coaster = RollerCoaster { mass: 600.0, g: 9.81, x, y };
-
-    let end = s[s.len() - 1];
+    let coaster = RollerCoaster::on(&points)?;
     let ride = coaster
         .simulate(coaster.state().s_rate(1.0).build()?)
         .until(60.0)
         .tolerance(1e-10)
-        .event("end of the track", move |state| state.s() - end)
-        .stop_at("end of the track", Direction::Rising)
+        .stop_at("end_of_track", Direction::Rising)
         .run()?;
     println!("{}", ride.summary());
     // Third derivatives of the spline jump at its points: steps end there, and the tolerance keeps its
@@ -153,6 +187,7 @@ fn main() -> common::Outcome {
         .panel(panel("rail / weight", "force of the rail", |now| now.rail))
         .write_svg(files.path("ride.svg"))?;
     ride.animate(files.path("ride.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

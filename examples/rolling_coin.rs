@@ -7,9 +7,12 @@
 //! β), ρ = r/R (C. Le Saux, R. I. Leine and C. Glocker, J. Nonlinear Sci. 15 (2005) 27).
 
 mod common;
+use dynamics::error::StateError;
 use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// A coin rolls on a table without slipping, in a circle. Pushed, it wobbles about that circle; slower, it
+/// wobbles more and more. Energy is conserved, so it never falls flat. Drag it, and turn the picture.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m, yaw: rad, lean: rad, spin: rad)]
 #[units(mass: kg, radius: m, g: m / s^2)]
@@ -69,18 +72,51 @@ impl Coin {
     }
 }
 
+impl Coin {
+    /// Rolls with this lean on a circle of this radius; `push` is the rate of the lean.
+    fn circling(&self, lean: f64, circle: f64, push: f64) -> Result<State<Self>, StateError> {
+        let (spin, yaw, speed) = self.steady_rates(lean, circle);
+        let coin = self.state().lean(lean).x_rate(speed).yaw_rate(yaw).spin_rate(spin);
+        coin.lean_rate(push).y_rate(-self.radius * push * lean.cos()).build()
+    }
+    /// Spin, yaw and the speed of the centre of mass on a circle of the contact.
+    fn steady_rates(&self, lean: f64, circle: f64) -> (f64, f64, f64) {
+        let ratio = self.radius / circle;
+        let spin = (4.0 * self.g * lean.sin()
+            / ((6.0 - 5.0 * ratio * lean.sin()) * ratio * self.radius * lean.cos()))
+        .sqrt();
+        // The contact describes the circle; the center of mass is nearer to its middle by r sin β.
+        let yaw = -ratio * spin;
+        (spin, yaw, self.radius * (spin + yaw * lean.sin()))
+    }
+}
+
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let coin = Coin { mass: 0.0075, radius: 0.012, g: 9.81 };
+    let lean = 25.0_f64.to_radians();
+    Ok(coin
+        .live(coin.circling(lean, 0.05, 4.0)?)
+        .title("Rolling coin")
+        .first_start("pushed")
+        .start("steady circle", coin.circling(lean, 0.05, 0.0)?)
+        .start("wide circle", coin.circling(0.15, 0.15, 0.0)?)
+        .start("low and narrow", coin.circling(0.9, 0.03, 0.0)?)
+        .range("radius", 0.006, 0.024)
+        .range("g", 1.0, 25.0)
+        .hold(["mass"])
+        .method(methods::Dop853)
+        .plot(["lean", "yaw_rate"])
+        .phase("lean")
+        .finish()?)
+}
+
 fn main() -> common::Outcome {
     let coin = Coin { mass: 0.0075, radius: 0.012, g: 9.81 };
     // 25° of lean on a circle of 5 cm.
     let (lean, circle) = (25.0_f64.to_radians(), 0.05);
-    let ratio = coin.radius / circle;
-    let spin = (4.0 * coin.g * lean.sin()
-        / ((6.0 - 5.0 * ratio * lean.sin()) * ratio * coin.radius * lean.cos()))
-    .sqrt();
-    // The contact describes the circle; the center of mass is nearer to its middle by r sin β.
-    let yaw = -ratio * spin;
-    let speed = coin.radius * (spin + yaw * lean.sin());
-    let steady = coin.state().lean(lean).x_rate(speed).yaw_rate(yaw).spin_rate(spin).build()?;
+    let (spin, yaw, _) = coin.steady_rates(lean, circle);
+    let steady = coin.circling(lean, circle, 0.0)?;
     // From a guess: turning and spin stay, the lean is looked for.
     let guess = 0.9 * lean;
     let near = coin
@@ -107,8 +143,7 @@ fn main() -> common::Outcome {
 
     // Pushed, it wobbles about the circle, and gives nothing away.
     let lean_rate = 4.0;
-    let pushed = coin.state().lean(lean).x_rate(speed).yaw_rate(yaw).spin_rate(spin);
-    let pushed = pushed.lean_rate(lean_rate).y_rate(-coin.radius * lean_rate * lean.cos()).build()?;
+    let pushed = coin.circling(lean, circle, lean_rate)?;
     let wobbling = coin.simulate(pushed).until(4.0 * period).tolerance(1e-11).run()?;
     println!("{}", wobbling.summary());
     assert!(wobbling.summary().energy_drift < 1e-9);
@@ -131,6 +166,7 @@ fn main() -> common::Outcome {
         .panel_height(420.0)
         .write_svg(files.path("from_above.svg"))?;
     wobbling.animate(files.path("rolling.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

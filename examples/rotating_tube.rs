@@ -10,6 +10,9 @@ mod common;
 use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// A bead in a smooth tube that turns in a horizontal plane at a constant rate. Nothing pushes it outward,
+/// yet it leaves as r₀ cosh Ωt. Its energy grows by the work of the torque; what is kept is the energy
+/// function E. Push it inward so that it just reaches the middle.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(r: m)]
 #[units(mass: kg, omega: rad / s)]
@@ -20,6 +23,9 @@ struct Tube {
 
 #[dynamics]
 impl Tube {
+    /// Of half of the tube.
+    const LENGTH: f64 = 2.0;
+
     fn bead(&self, q: &Coordinates<Self>) -> Vec2 {
         let angle = self.omega * q.t;
         q.r * vec2(angle.cos(), angle.sin())
@@ -32,6 +38,11 @@ impl Tube {
     #[output]
     fn torque(&self, q: &Coordinates<Self>) -> Expr {
         (self.mass * self.bead(q).cross(self.bead(q).dt())).dt()
+    }
+    /// Either end of the tube.
+    #[event]
+    fn mouth(&self, q: &Coordinates<Self>) -> Expr {
+        q.r.powi(2) - Self::LENGTH.powi(2)
     }
     #[drawing]
     fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
@@ -49,16 +60,33 @@ impl Tube {
     }
 }
 
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let tube = Tube { mass: 0.2, omega: 3.0 };
+    let start = |r: f64, rate: f64| tube.state().r(r).r_rate(rate).build();
+    Ok(tube
+        .live(start(0.05, 0.0)?)
+        .title("Bead in a rotating tube")
+        .first_start("at rest in the tube")
+        .start("pushed inward", start(1.5, -4.4)?)
+        .start("pushed through", start(1.5, -5.0)?)
+        .range("mass", 0.05, 1.0)
+        .range("omega", 0.2, 6.0)
+        .tolerance(1e-10)
+        .plot(["r", "torque"])
+        .stop_at("mouth")
+        .finish()?)
+}
+
 fn main() -> common::Outcome {
     let tube = Tube { mass: 0.2, omega: 3.0 };
-    let (r0, length) = (0.05, 2.0);
+    let (r0, length) = (0.05, Tube::LENGTH);
     let start = tube.state().r(r0).build()?;
     let motion = tube
         .simulate(start)
         .until(10.0)
         .tolerance(1e-12)
-        .event("end of the tube", move |s| s.r() - length)
-        .stop_at("end of the tube", Direction::Rising)
+        .stop_at("mouth", Direction::Rising)
         .run()?;
     println!("{}\n{}", Tube::REPORT, motion.summary());
 
@@ -96,6 +124,7 @@ fn main() -> common::Outcome {
         )
         .write_svg(files.path("bead.svg"))?;
     motion.animate(files.path("bead.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

@@ -13,6 +13,8 @@ use dynamics::analysis::{ContinuationError, Diagram, Page, continuation};
 use dynamics::output::{Axis, Panel};
 use dynamics::prelude::*;
 
+/// A shallow arch of two bars with a load at its apex. Raise the load slowly past its limit of 15 N: the
+/// arch snaps through, and no equilibrium is near. Then lower the load to −15 N and more, and it comes back.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(z: m)]
 #[units(mass: kg, half_span: m, rise: m, stiffness: N / m, damper: N * s / m, load: N)]
@@ -57,6 +59,25 @@ impl Arch {
     fn load(&self, q: &Coordinates<Self>) -> Force {
         Force::along(q.z, -self.load)
     }
+}
+
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let arch = Arch { mass: 20.0, half_span: 1.0, rise: 0.2, stiffness: 5e3, damper: 20.0, load: 8.0 };
+    let start = |z: f64| arch.state().z(z).build();
+    Ok(arch
+        .live(start(0.2)?)
+        .title("Shallow arch")
+        .first_start("the load comes at once")
+        .start("a push away from the limit", arch.state().z(0.17).z_rate(-0.6).build()?)
+        .start("hanging", start(-0.2)?)
+        .range("load", -40.0, 40.0)
+        .range("damper", 0.0, 100.0)
+        .range("rise", 0.05, 0.5)
+        .range("stiffness", 1e3, 2e4)
+        .hold(["mass", "half_span"])
+        .plot(["z"])
+        .finish()?)
 }
 
 fn main() -> common::Outcome {
@@ -104,6 +125,7 @@ fn main() -> common::Outcome {
         .write_html(files.path("shallow_arch.html"))?;
     snap.animation().plot(["z"]).speed(0.25).write_html(files.path("snap.html"))?;
     diagram.write_csv(files.path("equilibria.csv"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

@@ -14,6 +14,9 @@ use dynamics::kinematics::KinematicsErrorKind;
 use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// A slider-crank whose crank turns steadily; the arrow is the force of the rod on the slider. Nothing is
+/// integrated here: three coordinates follow from three constraints. Shorten the rod toward the length of the
+/// crank, and see how the slider jerks.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(theta: rad, phi: rad, x: m)]
 #[units(crank: m, rod: m, inertia: kg * m^2, rod_mass: kg, slider: kg, omega: rad / s)]
@@ -53,6 +56,7 @@ impl SliderCrank {
     #[drawing]
     fn drawing(&self, q: &Coordinates<Self>) -> Drawing {
         let (pin, slider) = (self.crank_pin(q), vec2(q.x, 0.0));
+        let inertial = self.slider * self.crank * self.omega.powi(2);
         Drawing::new()
             .color(Color::Faint)
             .line([0.15, -0.03], [0.45, -0.03])
@@ -64,7 +68,7 @@ impl SliderCrank {
             .fill(Color::Blue)
             .rectangle(slider, 0.06, 0.06, 0.0)
             .color(Color::Red)
-            .arrow(slider, slider + 1.2e-3 * q.reaction(Self::closure))
+            .arrow(slider, slider + 0.13 / inertial * q.reaction(Self::closure))
     }
 }
 
@@ -108,6 +112,24 @@ fn slider(model: &SliderCrank, t: f64) -> [f64; 3] {
     let v = -r * w * s - r * r * w * s * c / root;
     let a = -r * w * w * c - r * r * w * w * ((c * c - s * s) / root + r * r * s * s * c * c / root.powi(3));
     [r * c + root, v, a]
+}
+
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let model = SliderCrank { crank: 0.1, rod: 0.3, inertia: 2e-3, rod_mass: 0.8, slider: 1.2, omega: 5.0 };
+    let start = model.state().x_guess(0.4).assemble()?;
+    Ok(model
+        .live(start)
+        .title("Slider-crank")
+        .range("crank", 0.02, 0.15)
+        .range("rod", 0.15, 0.6)
+        .range("slider", 0.2, 5.0)
+        .range("rod_mass", 0.1, 5.0)
+        .range("omega", 1.0, 12.0)
+        .hold(["inertia"])
+        .plot(["x", "x_rate", "energy"])
+        .phase("x")
+        .finish()?)
 }
 
 fn main() -> common::Outcome {
@@ -167,6 +189,7 @@ fn main() -> common::Outcome {
         .write_svg(files.path("torque.svg"))?;
     let film = motion.animation().title("A driven slider-crank").plot(["phi"]);
     film.speed(0.05).write_html(files.path("slider_crank.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

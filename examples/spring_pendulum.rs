@@ -10,6 +10,8 @@ mod common;
 use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// A bob on an elastic thread bounces and swings. The spring is tuned so that the bounce is twice as fast as
+/// the swing: watch the bounce turn into a swing and back. Change the stiffness, and it goes on bouncing.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(r: m, theta: rad)]
 #[units(mass: kg, stiffness: N / m, length: m, g: m / s^2)]
@@ -50,6 +52,28 @@ fn bounce(ratio: f64) -> SpringPendulum {
     SpringPendulum { mass, stiffness: ratio * mass * g / length, length, g }
 }
 
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let model = bounce(3.0);
+    let rest = model.length + model.mass * model.g / model.stiffness;
+    let start = |r: f64, theta: f64| model.state().r(r).theta(theta).build();
+    Ok(model
+        .live(start(rest + 0.2, 0.01)?)
+        .title("Spring pendulum")
+        .first_start("bouncing, almost straight down")
+        .start("swinging", start(rest, 0.5)?)
+        .start("large", start(rest + 0.3, 2.0)?)
+        .range("mass", 0.2, 5.0)
+        .range("stiffness", 5.0, 200.0)
+        .range("length", 0.3, 2.0)
+        .range("g", 0.0, 25.0)
+        .method(methods::Dop853)
+        .tolerance(1e-10)
+        .plot(["r", "theta"])
+        .phase("theta")
+        .finish()?)
+}
+
 fn main() -> common::Outcome {
     // k/m = 4 g/r₀ with r₀ = l + m g/k gives k = 3 m g/l.
     let models = [("at resonance, k = 3 m g/l", bounce(3.0)), ("off resonance, k = 8 m g/l", bounce(8.0))];
@@ -82,6 +106,7 @@ fn main() -> common::Outcome {
     assert!(swings[1] < 0.02, "off resonance the bob only bounces");
 
     chart.write_svg(files.path("swing.svg"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

@@ -13,6 +13,9 @@ use std::f64::consts::TAU;
 use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// A block on a running belt, held by a spring: it rides along until the spring tears it off, and slips back.
+/// This is how a violin string sounds and a brake squeals. Run the belt faster, or make both frictions equal,
+/// and it stops squealing.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m)]
 #[units(mass: kg, stiffness: N / m, g: m / s^2, belt: m / s)]
@@ -83,6 +86,23 @@ impl Block {
             .width(3.0)
             .arrow(foot, foot + 0.3 / self.weight() * vec2(self.friction(q), 0.0))
     }
+}
+
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let block = Block { mass: 2.0, stiffness: 50.0, g: 9.81, belt: 0.1, static_mu: 0.6, kinetic_mu: 0.35 };
+    Ok(block
+        .live(block.state().x_rate(block.belt).build()?)
+        .title("Stick and slip")
+        .range("belt", 0.02, 1.0)
+        .range("static_mu", 0.1, 1.0)
+        .range("kinetic_mu", 0.1, 1.0)
+        .range("stiffness", 10.0, 500.0)
+        .range("mass", 0.5, 10.0)
+        .hold(["g"])
+        .stick_slip("grip", "breakaway")
+        .plot(["x", "x_rate", "friction"])
+        .finish()?)
 }
 
 fn main() -> common::Outcome {
@@ -157,6 +177,7 @@ fn main() -> common::Outcome {
         .write_svg(files.path("stick_slip.svg"))?;
     let film = motion.animation().title("A block on a belt").plot(["x", "x_rate"]);
     film.speed(0.5).write_html(files.path("stick_slip.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

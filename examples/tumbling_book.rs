@@ -7,10 +7,13 @@
 //! have no singular attitude.
 
 mod common;
-use dynamics::error::SolveError;
+use dynamics::error::{SolveError, StateError};
 use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
+/// A book in orbit that is spun about its intermediate axis turns over again and again, at even intervals.
+/// Take the other starts: about the long and the short axis it only wobbles. Then change the sides of the
+/// book.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(e: [_; 4])]
 #[units(mass: kg, size: m)]
@@ -60,6 +63,19 @@ impl Book {
     }
 }
 
+/// In rad/s.
+const SPIN: f64 = 6.0;
+
+impl Book {
+    /// Spun about one of its axes, by this part of the spin beside it.
+    fn spun(&self, axis: usize, beside: f64) -> Result<State<Self>, StateError> {
+        let mut omega = [SPIN * beside; 3];
+        omega[axis] = SPIN;
+        let [x, y, z] = omega.map(|w| 0.5 * w);
+        self.state().e([1.0, 0.0, 0.0, 0.0]).e_rate([0.0, x, y, z]).build()
+    }
+}
+
 /// The complete elliptic integral K(m), by the arithmetic-geometric mean.
 fn elliptic_k(m: f64) -> f64 {
     let (mut a, mut b) = (1.0, (1.0 - m).sqrt());
@@ -69,6 +85,26 @@ fn elliptic_k(m: f64) -> f64 {
     std::f64::consts::FRAC_PI_2 / a
 }
 
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let book = Book { mass: 0.8, size: [0.24, 0.17, 0.03] };
+    Ok(book
+        .live(book.spun(1, 0.01)?)
+        .title("Tumbling book")
+        .first_start("about the intermediate axis")
+        .start("about the long axis", book.spun(0, 0.03)?)
+        .start("about the short axis", book.spun(2, 0.03)?)
+        .range("mass", 0.1, 2.0)
+        .range("size[0]", 0.05, 0.4)
+        .range("size[1]", 0.05, 0.4)
+        .range("size[2]", 0.01, 0.2)
+        .method(methods::Dop853)
+        .tolerance(1e-10)
+        .plot(["omega.x", "omega.y", "omega.z"])
+        .phase("e[0]")
+        .finish()?)
+}
+
 fn main() -> common::Outcome {
     let book = Book { mass: 0.8, size: [0.24, 0.17, 0.03] };
     let [a, b, c] = book.size;
@@ -76,13 +112,8 @@ fn main() -> common::Outcome {
     assert!(least < middle && middle < most);
 
     // About each axis in turn, a thousandth beside it.
-    let spin = 6.0;
-    let spun = |axis: usize| {
-        let mut omega = [spin * 1e-3; 3];
-        omega[axis] = spin;
-        let [x, y, z] = omega.map(|w| 0.5 * w);
-        book.state().e([1.0, 0.0, 0.0, 0.0]).e_rate([0.0, x, y, z]).build()
-    };
+    let spin = SPIN;
+    let spun = |axis: usize| book.spun(axis, 1e-3);
     let motion = book.simulate(spun(1)?).until(30.0).tolerance(1e-12).run()?;
     println!("{}", motion.summary());
 
@@ -140,6 +171,7 @@ fn main() -> common::Outcome {
         .panel_height(320.0)
         .write_svg(files.path("spin.svg"))?;
     motion.animate(files.path("tumbling.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

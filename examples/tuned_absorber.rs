@@ -15,6 +15,9 @@ use dynamics::prelude::*;
 
 const STOREYS: usize = 5;
 
+/// A building of five storeys with a tuned mass on its roof, pushed by a gust; the sway is enlarged. The mass
+/// swings in place of the building and its damper takes the energy. Lock the damper (100 times its value) or
+/// take it away, and the building sways for long.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: [m; 5], roof: m)]
 #[inputs(wind: N, ground: m, ground_rate: m / s)]
@@ -132,6 +135,29 @@ fn hammer(
     Ok(hammered)
 }
 
+/// The live page: displacements are a hundred times too large, which a linear model permits.
+pub(crate) fn live() -> common::Page {
+    let tuned = Building::with(0.03);
+    let gust = |rates: [f64; STOREYS]| {
+        tuned.state().x_rate(rates).wind(0.0).ground(0.0).ground_rate(0.0).build()
+    };
+    let (spring, damper) = (tuned.spring, tuned.damper);
+    Ok(tuned
+        .live(gust([2.0, 4.0, 6.0, 7.0, 8.0])?)
+        .title("Tuned absorber")
+        .first_start("a gust")
+        .start("a hammer on the roof", gust([0.0, 0.0, 0.0, 0.0, 15.0])?)
+        .start("an earthquake's jerk", gust([12.0, 0.0, 0.0, 0.0, 0.0])?)
+        .range("damper", 0.0, 100.0 * damper)
+        .range("spring", 0.25 * spring, 4.0 * spring)
+        .range("material", 0.0, 0.02)
+        .range("wind", -3e7, 3e7)
+        .hold(["floor", "shear", "mass", "ground", "ground_rate"])
+        .plot(["x[4]", "roof"])
+        .phase("x[4]")
+        .finish()?)
+}
+
 fn main() -> common::Outcome {
     // A mass of a millionth is none.
     let (bare, tuned) = (Building::with(1e-6), Building::with(0.03));
@@ -215,6 +241,7 @@ fn main() -> common::Outcome {
         .add(film, "")
         .title("First mode, with the tuned mass against it")
         .write_html(files.path("first_mode.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

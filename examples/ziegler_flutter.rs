@@ -13,6 +13,9 @@ use dynamics::analysis::{LinearizeError, Page, SpecialKind, continuation, hopf_c
 use dynamics::output::{Axis, Panel};
 use dynamics::prelude::*;
 
+/// Ziegler's column: the force follows the upper link, and so can feed energy into the column. Between 28 and
+/// 42 N it is stable without damping and flutters with a little damping. Set the damper to zero, go back to
+/// the start, and see.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(lower: rad, upper: rad)]
 #[units(mass: kg, length: m, spring: N * m, damper: N * m * s, load: N)]
@@ -80,6 +83,24 @@ fn eigenvalues(with: &dyn Fn(f64) -> Column, upright: &State<Column>) -> Result<
         panel("frequency in rad/s").points("Im σ", of_loads(|x| x.im)?),
         panel("growth in 1/s").points("Re σ", of_loads(|x| x.re)?),
     ])
+}
+
+/// The live page.
+pub(crate) fn live() -> common::Page {
+    let column = Column { mass: 1.0, length: 1.0, spring: 20.0, damper: 0.4, load: 36.0 };
+    let start = |lower: f64, upper: f64| column.state().lower(lower).upper(upper).build();
+    Ok(column
+        .live(start(0.05, 0.0)?)
+        .title("Ziegler's column flutters")
+        .first_start("pushed a little")
+        .start("pushed more", start(0.3, 0.3)?)
+        .range("load", 0.0, 60.0)
+        .range("damper", 0.0, 2.0)
+        .range("spring", 5.0, 50.0)
+        .hold(["mass", "length"])
+        .plot(["lower", "upper"])
+        .phase("upper")
+        .finish()?)
 }
 
 fn main() -> common::Outcome {
@@ -160,6 +181,7 @@ fn main() -> common::Outcome {
         .panels("A load of 2 N, a damper of 0.1 N m s", "Pushed by a hundredth of a radian.", [motion])
         .write_html(files.path("flutter.html"))?;
     swinging.animate(files.path("swinging.html"))?;
+    files.live(live()?)?;
     files.list();
     Ok(())
 }

@@ -59,6 +59,15 @@ pub enum LiveError {
         /// What may be given.
         range: &'static str,
     },
+    /// A page of a gallery has no name of its own that can be that of a file.
+    #[error(
+        "`{name}` cannot be the name of a page; each page of a gallery needs a name of its own, of letters, \
+         digits, `_` and `-`, other than `index`"
+    )]
+    PageName {
+        /// What was given.
+        name: String,
+    },
     /// The file could not be written.
     #[error(transparent)]
     File(#[from] FileError),

@@ -10,18 +10,21 @@
 //! | `plan` | what a page can hold, and what not |
 //! | `data` | the model and the choices as JSON |
 //! | `page` | all of it put into the template |
+//! | `gallery` | [`Gallery`]: a folder of pages with an index |
 //! | `scripts` | the scripts, as pages get them |
 //! | `motion/` | scripts that compute: sines with the bits of the library, methods, constraints, events |
 //! | `page/` | scripts and style of what is seen |
 
 mod data;
 mod error;
+mod gallery;
 mod live;
 mod page;
 mod plan;
 mod scripts;
 
 pub use error::LiveError;
-pub use live::{Live, OpenLive, PageMethod};
+pub use gallery::Gallery;
+pub use live::{Live, LivePage, OpenLive, PageMethod};
 #[doc(hidden)]
 pub use scripts::motion_script;

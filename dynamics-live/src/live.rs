@@ -128,6 +128,12 @@ impl<'a, M: SimulationModel + Portable> Live<'a, M> {
         self
     }
 
+    /// What the button of the first start says, where there are several.
+    pub fn first_start(mut self, name: impl Into<String>) -> Self {
+        self.starts[0].0 = name.into();
+        self
+    }
+
     /// A further start, which the reader takes by a button with this name.
     pub fn start(mut self, name: impl Into<String>, state: State<M>) -> Self {
         self.starts.push((name.into(), state));
@@ -215,8 +221,17 @@ impl<'a, M: SimulationModel + Portable> Live<'a, M> {
     /// # Errors
     /// What does not fit into a page, by name.
     pub fn to_html(&self) -> Result<String, LiveError> {
+        Ok(self.finish()?.html)
+    }
+
+    /// The finished page, which does not borrow the model: for [galleries](crate::Gallery), and to be written
+    /// later.
+    ///
+    /// # Errors
+    /// What does not fit into a page, by name.
+    pub fn finish(&self) -> Result<LivePage, LiveError> {
         plan::check(self)?;
-        page::page(self)
+        Ok(page::page(self))
     }
 
     /// Writes the page and creates the folders of its path. Nothing is written where the model or a choice
@@ -228,7 +243,42 @@ impl<'a, M: SimulationModel + Portable> Live<'a, M> {
     pub fn write_html(&self, path: impl AsRef<Path>) -> Result<(), LiveError> {
         let path = path.as_ref();
         file::check(path, Content::Page)?;
-        let page = self.to_html()?;
-        Ok(file::write(path, Content::Page, page.as_bytes())?)
+        self.finish()?.write_html(path)
+    }
+}
+
+/// A finished live page.
+#[derive(Clone, Debug)]
+pub struct LivePage {
+    pub(crate) title: String,
+    pub(crate) about: String,
+    pub(crate) html: String,
+}
+
+impl LivePage {
+    /// Its title.
+    #[must_use]
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// What it says about its model: the first paragraph of the comment on the struct.
+    #[must_use]
+    pub fn about(&self) -> &str {
+        &self.about
+    }
+
+    /// The page as text.
+    #[must_use]
+    pub fn html(&self) -> &str {
+        &self.html
+    }
+
+    /// Writes the page and creates the folders of its path.
+    ///
+    /// # Errors
+    /// An extension other than `.html` or `.htm`; a file that cannot be written.
+    pub fn write_html(&self, path: impl AsRef<Path>) -> Result<(), LiveError> {
+        Ok(file::write(path.as_ref(), Content::Page, self.html.as_bytes())?)
     }
 }

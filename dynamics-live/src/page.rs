@@ -5,27 +5,39 @@ use dynamics_view::text::fill;
 use dynamics_view::text::xml;
 
 use crate::data;
-use crate::error::LiveError;
-use crate::live::Live;
-use crate::scripts::{motion_script, page_script, style};
+use crate::live::{Live, LivePage};
+use crate::scripts::{Parts, motion_script_of, page_script, style};
 
-/// The page as text.
-pub(crate) fn page<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<String, LiveError> {
+/// The finished page.
+pub(crate) fn page<M: SimulationModel + Portable>(live: &Live<'_, M>) -> LivePage {
     let data = data::data(live);
     let title = data::title(live);
-    Ok(fill(
+    let about = first_paragraph(M::DOCUMENTATION).to_owned();
+    let parts = Parts {
+        constraints: !M::ROWS.is_empty(),
+        // As the programs have it: the library follows no more than some kinks of a model.
+        kinks: M::JAVASCRIPT.contains("kink_functions"),
+        events: !(M::EVENTS.is_empty() && live.contacts.is_empty() && live.stick_slips.is_empty()),
+    };
+    let html = fill(
         include_str!("page/page.html"),
         &[
             ("title", &xml(&title)),
-            ("about", &xml(first_paragraph(M::DOCUMENTATION))),
+            ("about", &xml(&about)),
             ("style", &style()),
             ("equations", M::MATHML),
-            ("motion", &motion_script()),
+            ("motion", &motion_script_of(parts)),
             ("programs", M::JAVASCRIPT),
             ("model", &data),
-            ("page", &page_script(true)),
+            ("page", &page_script(is_spatial::<M>())),
         ],
-    ))
+    );
+    LivePage { title, about, html }
+}
+
+/// Whether the picture shows anything of space, as the programs say.
+fn is_spatial<M: Portable>() -> bool {
+    M::JAVASCRIPT.contains("space: true")
 }
 
 /// What a page says of a model under its title.

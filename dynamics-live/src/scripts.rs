@@ -1,26 +1,42 @@
 //! The scripts of pages. They are sources to be read; pages get them without comments and indentation.
 
 use dynamics_view::scripts;
+pub(crate) use dynamics_view::scripts::joined;
 
-/// What computes, in the order in which it has to be read. It knows nothing of pages.
-const MOTION: [&str; 17] = [
-    include_str!("motion/numbers.js"),
-    include_str!("motion/methods.js"),
-    include_str!("motion/linear.js"),
-    include_str!("motion/words.js"),
-    include_str!("motion/system.js"),
-    include_str!("motion/rank.js"),
-    include_str!("motion/friction.js"),
-    include_str!("motion/impact.js"),
-    include_str!("motion/constraints.js"),
-    include_str!("motion/crossing.js"),
-    include_str!("motion/midpoint.js"),
-    include_str!("motion/step_size.js"),
-    include_str!("motion/switching.js"),
-    include_str!("motion/stepper.js"),
-    include_str!("motion/events.js"),
-    include_str!("motion/motion.js"),
-    include_str!("motion/drag.js"),
+/// Which parts of the motion's scripts a model needs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Parts {
+    /// It has constraints.
+    pub(crate) constraints: bool,
+    /// Its accelerations are not smooth.
+    pub(crate) kinks: bool,
+    /// It has events, contacts, or sticking.
+    pub(crate) events: bool,
+}
+
+/// What computes, in the order in which it has to be read, and whether a model with these parts needs it. It knows
+/// nothing of pages.
+const MOTION: [(&str, fn(Parts) -> bool); 20] = [
+    (include_str!("motion/numbers.js"), |_| true),
+    (include_str!("motion/methods.js"), |_| true),
+    (include_str!("motion/linear.js"), |_| true),
+    (include_str!("motion/words.js"), |_| true),
+    (include_str!("motion/system.js"), |_| true),
+    (include_str!("motion/general_solver.js"), |parts| parts.constraints),
+    (include_str!("motion/constraint_words.js"), |parts| parts.constraints),
+    (include_str!("motion/rank.js"), |parts| parts.constraints),
+    (include_str!("motion/friction.js"), |parts| parts.constraints),
+    (include_str!("motion/impact.js"), |parts| parts.constraints && parts.events),
+    (include_str!("motion/constraints.js"), |parts| parts.constraints),
+    (include_str!("motion/crossing.js"), |parts| parts.constraints),
+    (include_str!("motion/midpoint.js"), |_| true),
+    (include_str!("motion/step_size.js"), |_| true),
+    (include_str!("motion/roots.js"), |parts| parts.events || parts.kinks),
+    (include_str!("motion/switching.js"), |parts| parts.kinks),
+    (include_str!("motion/stepper.js"), |_| true),
+    (include_str!("motion/events.js"), |parts| parts.events),
+    (include_str!("motion/motion.js"), |_| true),
+    (include_str!("motion/drag.js"), |_| true),
 ];
 
 /// What is seen.
@@ -38,45 +54,23 @@ const PAGE: [&str; 8] = [
 /// What is seen, as one script.
 pub(crate) fn page_script(in_space: bool) -> String {
     let eye = if in_space { scripts::SPACE } else { "" };
-    joined(&[&[scripts::PAINT, eye][..], &PAGE].concat())
+    joined(&[&scripts::SHARED[..], &[scripts::PLANE, eye], &PAGE].concat())
 }
 
 /// The style without comments and indentation.
 pub(crate) fn style() -> String {
-    joined(&[include_str!("page/page.css")])
+    joined(&[scripts::STYLE, include_str!("page/page.css")])
 }
 
 /// What computes, as one script. Public for the tests of the library alone.
 #[doc(hidden)]
 #[must_use]
 pub fn motion_script() -> String {
-    joined(&MOTION)
+    motion_script_of(Parts { constraints: true, kinks: true, events: true })
 }
 
-/// Scripts without comments and indentation.
-///
-/// Comments of these scripts stand on lines of their own, and no text of theirs contains such a line; the
-/// tests of the pages would show it.
-fn joined(scripts: &[&str]) -> String {
-    let mut out = String::new();
-    let comments = ["//", "/*", "* ", "*/"];
-    for line in scripts.iter().flat_map(|script| script.lines()).map(str::trim) {
-        let is_comment = line == "*" || comments.iter().any(|start| line.starts_with(start));
-        if !(line.is_empty() || is_comment || line == "\"use strict\";") {
-            out.push_str(line);
-            out.push('\n');
-        }
-    }
-    out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::joined;
-
-    #[test]
-    fn comments_and_indentation_go() {
-        let script = "// Head.\n/**\n * What.\n */\nfunction f() {\n  // Why.\n  return 1 / 2; // half\n}\n";
-        assert_eq!(joined(&[script]), "function f() {\nreturn 1 / 2; // half\n}\n");
-    }
+/// The same with the parts that a model needs.
+pub(crate) fn motion_script_of(parts: Parts) -> String {
+    let needed = MOTION.iter().filter(|(_, is_needed)| is_needed(parts));
+    joined(&needed.map(|(script, _)| *script).collect::<Vec<_>>())
 }

@@ -22,19 +22,12 @@ mod heat_map;
 mod png;
 mod point;
 mod reduce;
+#[doc(hidden)]
+pub mod scripts;
 mod suggest;
 mod svg;
 pub mod text;
 mod ticks;
-
-/// What live pages share with recorded ones: the painters of figures, and the eye in space.
-#[doc(hidden)]
-pub mod scripts {
-    /// Painters of all figures.
-    pub const PAINT: &str = include_str!("animation/paint.js");
-    /// Perspective, and turning by hand.
-    pub const SPACE: &str = include_str!("animation/space.js");
-}
 
 pub use animation::{Animation, Film};
 pub use chart::{Axis, Chart, Mark, Panel, Scale, Series};

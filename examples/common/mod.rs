@@ -3,8 +3,14 @@
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
+use dynamics::live::{LiveError, LivePage};
+
 /// What `main` of an example returns.
 pub(crate) type Outcome = Result<(), Box<dyn Error>>;
+
+/// A live page of an example: the example writes it beside its animation, the gallery into its folder.
+#[allow(dead_code)] // some examples have none
+pub(crate) type Page = Result<LivePage, Box<dyn Error>>;
 
 /// The files of one example, under `target/examples-output/<example>/`.
 pub(crate) struct Files {
@@ -24,6 +30,12 @@ impl Files {
         let path = self.folder.join(name);
         self.written.push(path.clone());
         path
+    }
+
+    /// Writes the example's live page.
+    #[allow(dead_code)] // some examples have none
+    pub(crate) fn live(&mut self, page: LivePage) -> Result<(), LiveError> {
+        page.write_html(self.path("live.html"))
     }
 
     /// Prints the paths, relative to where the program runs if they lie below.

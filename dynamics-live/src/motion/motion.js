@@ -1,15 +1,36 @@
 // One motion of a model: its state, what happens in its steps, and what lies between their ends.
 
-/** So many steps in a row are looked at for a motion that chatters. */
-const CHATTER_STEPS = 100;
+/**
+ * So often in a row accelerations are found to lead back to a jump before the motion counts as resting on it.
+ */
+const MOST_SLIDES = 3;
 /** Condition of the constraints above which a failure has a singular position as its cause. */
 const SINGULAR_CONDITION = 1e3;
+
+/** What stands in the place of constraints and events where a model has none. */
+const NO_CONSTRAINTS = {
+  has_positions: false,
+  project_positions: () => true,
+  project_velocities: () => true,
+};
+const NO_EVENTS = { unilaterals: [], start() {}, after_step: () => true, check_gaps: () => true };
+
+/** Whether a motion has events. */
+function has_events({ events = [], contacts = [], stick_slip = [] }) {
+  return events.length + contacts.length + stick_slip.length > 0;
+}
+
+/** Whether vectors differ by a few roundings of their largest number at most. */
+function is_rounding_apart(x, y) {
+  const permitted = 16 * Number.EPSILON * Math.max(max_abs(x), 1);
+  return x.every((value, i) => Math.abs(value - y[i]) <= permitted);
+}
 
 class Motion extends Stepper {
   /** `programs`: what the macro prints; `model`: names, units and values. */
   constructor(programs, model) {
     const system = new System(programs, model);
-    system.constraints = new Constraints(system);
+    system.constraints = system.r > 0 ? new Constraints(system) : NO_CONSTRAINTS;
     super(system);
     this.programs = programs;
     this.model = model;
@@ -25,7 +46,7 @@ class Motion extends Stepper {
     this.events = [];
     /** The end of the last step before an action at an event changed the state; null where none did. */
     this.jumped = null;
-    this.locator = new EventLocator(this);
+    this.locator = has_events(model) ? new EventLocator(this) : NO_EVENTS;
     this.refused = this.refresh();
   }
 
@@ -95,7 +116,6 @@ class Motion extends Stepper {
     this.evaluations = 0;
     this.events.length = 0;
     this.plan = null;
-    this.kinks = undefined;
     this.begin_here();
     this.evaluations++;
     return null;
@@ -110,12 +130,11 @@ class Motion extends Stepper {
 
   /** Puts a state onto the constraints; false where that or its accelerations fail. */
   place(t, q, u) {
-    const { system, n, r } = this,
-      { constraints } = system;
-    constraints.mean_sensitivity = 0;
+    const { system, n, r } = this;
+    system.constraints.mean_sensitivity = 0;
     const a = new Float64Array(n),
       l = new Float64Array(r);
-    const placed = (r === 0 || constraints.project(t, q, u)) && system.accelerate(t, q, u, a, l);
+    const placed = (r === 0 || this.project_start(t, q, u)) && system.accelerate(t, q, u, a, l);
     system.evaluations--;
     if (!placed) {
       const { failure } = system;
@@ -128,6 +147,21 @@ class Motion extends Stepper {
     }
     this.a.set(a);
     this.l.set(l);
+    return true;
+  }
+
+  /**
+   * Projects a start. One that rounding alone would change stays as it is: a page that is opened by its own
+   * address finds its start to the last digit.
+   */
+  project_start(t, q, u) {
+    const given_q = q.slice(),
+      given_u = u.slice();
+    if (!this.system.constraints.project(t, q, u)) return false;
+    if (is_rounding_apart(q, given_q) && is_rounding_apart(u, given_u)) {
+      q.set(given_q);
+      u.set(given_u);
+    }
     return true;
   }
 
@@ -199,41 +233,17 @@ class Motion extends Stepper {
   }
 
   /**
-   * Fails where the motion chatters on a jump of its accelerations, to which these lead back from both sides:
-   * a switching function that changes its sign in most of many steps in a row, under step control.
+   * Fails where the motion rests on a jump of its accelerations, to which these lead back from both sides.
    */
   is_ahead() {
-    const { system, plan } = this;
-    if (!system.has("kinks") || plan === null || plan.fixed) return true;
-    const values = system.value("kinks", this.t, this.q, this.u, this.a, this.l);
-    this.kinks ??= Array.from(values, (value) => ({ sign: Math.sign(value), steps: 0, changes: 0 }));
-    const { kink_functions } = system.programs;
-    for (let i = 0; i < values.length; i++) {
-      // The argument of a smooth function decides by its piece, not by its sign.
-      if (kink_functions?.[i] != null) continue;
-      const kink = this.kinks[i],
-        sign = Math.sign(values[i]);
-      if (sign !== kink.sign) kink.changes++;
-      kink.sign = sign;
-      if (++kink.steps < CHATTER_STEPS) continue;
-      const chatters = kink.changes > 0.4 * CHATTER_STEPS;
-      [kink.steps, kink.changes] = [0, 0];
-      if (chatters) return system.fail({ kind: "rests_on_jump", coordinate: this.fastest() });
-    }
-    return true;
-  }
-
-  /** The coordinate with the largest acceleration. */
-  fastest() {
-    let most = 0;
-    for (let i = 1; i < this.n; i++) if (Math.abs(this.a[i]) > Math.abs(this.a[most])) most = i;
-    return most;
+    const { slides, jump } = this.switching;
+    return slides < MOST_SLIDES || this.system.fail({ kind: "rests_on_jump", coordinate: jump });
   }
 
   /** The cause behind a failure of a method, where there is a better word for it. */
   explain(failure) {
     const { q, u, n } = this;
-    if (["not_finite", "step_too_small"].includes(failure.kind)) {
+    if (["not_finite", "step_too_small", "step_not_solved", "time_not_resolved"].includes(failure.kind)) {
       for (const [order, values] of [
         [0, q],
         [1, u],

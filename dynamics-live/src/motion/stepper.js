@@ -67,6 +67,17 @@ function quintic(from, to, h, theta, n, out) {
   return out;
 }
 
+/** What stands in the place of switching functions where accelerations are smooth. */
+function smooth(system) {
+  return {
+    slides: 0,
+    restart() {},
+    begin_step() {},
+    first_change: () => null,
+    accelerate: (t, q, u, a, l) => system.accelerate(t, q, u, a, l),
+  };
+}
+
 class Stepper {
   constructor(system) {
     const { n, r } = system,
@@ -99,7 +110,7 @@ class Stepper {
     this.slope_q = new Float64Array(n);
     this.slope_u = new Float64Array(n);
     this.midpoint = new ImplicitMidpoint(this);
-    this.switching = new SwitchingFunctions(this);
+    this.switching = system.has("kinks") ? new SwitchingFunctions(this) : smooth(system);
     this.steps = 0;
     this.rejected = 0;
     this.work = 0;
@@ -120,7 +131,7 @@ class Stepper {
       controller: control ? new Controller(control, error_order) : null,
       origin: this.t,
       count: 0,
-      crossing: new SingularityCrossing(),
+      crossing: this.r > 0 ? new SingularityCrossing() : null,
       attempts_without_stage_projection: 0,
     };
     if (!plan.fixed) {
@@ -135,7 +146,7 @@ class Stepper {
     const { q, u, l, k_q, k_u } = this.stage;
     if (this.projects_stages) this.system.constraints.project_between(t, q[s], u[s], this.plan);
     k_q[s].set(u[s]);
-    return this.system.accelerate(t, q[s], u[s], k_u[s], l[s]);
+    return this.switching.accelerate(t, q[s], u[s], k_u[s], l[s]);
   }
 
   /** y + h Σ w k into a state, with the operations in the order of the library. */
@@ -214,7 +225,8 @@ class Stepper {
     let retries = 0,
       failures = 0,
       chosen = null;
-    crossing.begin_step();
+    crossing?.begin_step();
+    this.switching.holding = false;
     if (!plan.fixed) {
       this.limit = end;
       this.switching.begin_step(this.next_time(end)[1]);
@@ -226,7 +238,7 @@ class Stepper {
         to = this.retry_end(h, retries, end);
         h = to - this.t;
       }
-      if (to === this.t) return system.fail({ kind: "time_not_resolved", t: this.t, h: plan.h });
+      if (to === this.t) return system.fail(this.unresolved());
       let failure = this.attempt(to, h);
       const change = failure === null && !plan.fixed ? this.switching.first_change(to, h) : null;
       if (change !== null) {
@@ -276,6 +288,13 @@ class Stepper {
         return system.fail(failure);
       }
     }
+  }
+
+  /** The failure of a step that time does not resolve. */
+  unresolved() {
+    const { plan, t } = this,
+      kind = plan.fixed ? "time_not_resolved" : "step_too_small";
+    return { kind, coordinate: this.worst(), t, h: plan.h };
   }
 
   /** Chooses the size of the next step anew, behind a change of the accelerations. */
@@ -410,7 +429,7 @@ class Stepper {
     if (method.first_same_as_last && !projected) {
       next.a.set(k_u[6]);
       next.l.set(l[6]);
-    } else if (!system.accelerate(to, next.q, next.u, next.a, next.l)) {
+    } else if (!this.switching.accelerate(to, next.q, next.u, next.a, next.l)) {
       return system.failure;
     }
     for (let i = 0; i < n; i++) {
@@ -557,7 +576,7 @@ class Stepper {
     if (plan.fixed) {
       const planned = plan.origin + (plan.count + 1) * (h < 0 ? -plan.h : plan.h);
       if ((planned - to) * Math.sign(h) <= SAME_TIME_PART * plan.h) plan.count++;
-      if (Math.abs(h) >= (1 - SAME_TIME_PART) * plan.h) plan.crossing.update_usual();
+      if (Math.abs(h) >= (1 - SAME_TIME_PART) * plan.h) plan.crossing?.update_usual();
     }
     from.t = this.t0 = this.t;
     for (const part of ["q", "u", "a", "l"]) {

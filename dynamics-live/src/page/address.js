@@ -16,6 +16,7 @@ function link() {
 }
 let addressTimer;
 function remember() {
+  if (alone) return;
   clearTimeout(addressTimer);
   // Browsers refuse addresses that change many times a second, and in some frames all of them.
   addressTimer = setTimeout(() => {
@@ -53,7 +54,7 @@ function recall() {
 }
 function recalled({ method, accuracy }) {
   parameterSliders.forEach((slider, i) => slider?.set(player.motion.p[i]));
-  inputSliders.forEach((slider, i) => slider.set(player.w[i]));
+  inputSliders.forEach((slider, i) => slider?.set(player.w[i]));
   syncStart();
   setMethod(method, accuracy);
 }
@@ -93,6 +94,20 @@ const RUST_METHODS = {
   euler: "SemiImplicitEuler", rk4: "Rk4", dp5: "DormandPrince5", dop853: "Dop853", midpoint: "Radau5",
   explicit_euler: "ExplicitEuler", heun: "Heun",
 };
+// What happens at events of the motion, as a simulation is told.
+function rustRules() {
+  const law = ({ restitution, rest_speed: speed }) => {
+    if (speed === null) return literal(restitution);
+    const fields = `restitution: ${literal(restitution)}, rest_speed: Some(${literal(speed)})`;
+    return `dynamics::simulate::Contact { ${fields} }`;
+  };
+  const event = (index) => MODEL.events[index].name;
+  return [
+    ...MODEL.contacts.map((contact) => `contact("${contact.name}", ${law(contact)})`),
+    ...MODEL.stick_slip.map((rule) => `stick_slip("${rule.name}", "${event(rule.event)}")`),
+    ...MODEL.stops.map((index) => `stop_at("${event(index)}", dynamics::simulate::Direction::Any)`),
+  ];
+}
 function rust() {
   const { t, q, u, m } = player.start, { method, accuracy } = player;
   const parameters = fieldsOf(MODEL.parameters, player.motion.p).map(([name, value]) => `${name}: ${value}`);
@@ -106,6 +121,7 @@ function rust() {
     const first = MODEL.rows.findIndex((other) => other.switched === switched) === row;
     if (Number.isInteger(switched) && first && m[switched] !== 0) set.push(`.release("${name}")`);
   });
+  const rules = rustRules().map((rule) => `.${rule}`).join("");
   // The library has no implicit midpoint rule; its method for stiff problems takes a tolerance.
   const steps = METHODS[method].fixed && method !== "midpoint" ? `fixed_step(${literal(accuracy)})`
     : `tolerance(${method === "midpoint" ? "1e-9" : literal(accuracy)})`;
@@ -114,7 +130,7 @@ function rust() {
   return `let model = ${MODEL.name} { ${parameters.join(", ")} };\n`
     + `let start = model.state()${set.join("")}.build()?;\n`
     + `let method = dynamics::methods::${RUST_METHODS[method] ?? "Dop853"};\n`
-    + `let motion = model.simulate(start).until(${until}).method(method).${steps}.run()?;\n`
+    + `let motion = model.simulate(start)${rules}.until(${until}).method(method).${steps}.run()?;\n`
     + "println!(\"{}\", motion.summary());\n";
 }
 const quoted = (name) => (/[",\n]/.test(name) ? `"${name.replace(/"/g, '""')}"` : name);

@@ -47,7 +47,7 @@ class Slider {
     this.refusal.setAttribute("role", "alert");
     this.output.setAttribute("aria-live", "off");
     this.label.htmlFor = this.output.htmlFor = item.id;
-    const spoken = item.name + (item.unit ? " in " + item.unit : "");
+    const spoken = (item.spoken ?? item.name) + (item.unit ? " in " + item.unit : "");
     this.input.setAttribute("aria-label", spoken + (item.about ? ": " + item.about : ""));
     this.row.title = item.name + (item.about ? ": " + item.about : "");
     this.row.append(this.label, this.input, this.output, element("p", "about", item.about), this.refusal);
@@ -139,6 +139,7 @@ function makeArray(into, name, members, made) {
   const [first] = members, symbol = /<mi[^>]*>.*?<\/mi>/.exec(first.symbol)?.[0] ?? first.symbol;
   const all = new Slider(into, {
     ...first, id: first.id + "-all", name, symbol,
+    spoken: first.spoken?.replace(first.name, name),
     about: `all ${members.length} of ${name}. ${first.about ?? ""}`,
     change: (v) => {
       const refusal = first.changeAll(members.map(({ index }) => index), v);
@@ -147,7 +148,7 @@ function makeArray(into, name, members, made) {
     },
   });
   all.label.append(` ×${members.length}`);
-  const elements = fold(into, `each of ${name}`);
+  const elements = fold(into, `each ${all.spoken ?? `of ${name}`}`);
   for (const member of members) made.set(member, new Slider(elements, member));
   // The slider for all shows the first element.
   const slider = made.get(first), set = slider.set.bind(slider), setEnds = slider.setEnds.bind(slider);

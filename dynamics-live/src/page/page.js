@@ -1,10 +1,14 @@
 // The page: what the viewer does, the address, and the clock.
 "use strict";
-const $ = (id) => document.getElementById(id);
 const player = new Player(), picture = new Picture($("picture"), player);
 const phase = new PhasePlot($("phase"), player), precision = new Precision($("precision"), player);
 const plots = [];
-let dirty = true, chartDirty = true, frames = 0, spent = 0, clockBefore = null;
+// With `only=picture` in its address the page is its picture alone, for frames of other pages; with `still=1`
+// that stands. (`#picture` would be the place of an element, to which the outer page would scroll.)
+const asked = (name) => new URLSearchParams(location.hash.slice(1)).get(name);
+const alone = asked("only") === "picture", still = () => asked("still") === "1";
+document.documentElement.classList.toggle("alone", alone);
+let dirty = true, chartDirty = true, frames = 0, spent = 0;
 
 // ---- words
 
@@ -45,9 +49,7 @@ function setPlaying(on) {
   if (on && player.reason && player.head >= player.last - 1e-6) player.begin(player.start);
   if (on) player.cut();
   player.playing = on;
-  $("sign").setAttribute("d", on ? "M6 5h4v14H6zM14 5h4v14h-4z" : "M7 4.5v15l12.5-7.5z");
-  $("play").setAttribute("aria-label", on ? "pause" : "play");
-  clockBefore = null;
+  transport.show(on);
   pacing.clear();
   if (!on) say();
   dirty = true;
@@ -89,10 +91,26 @@ const pacing = {
   },
 };
 
+// A picture alone begins again where all that moved has stood still for a while.
+const rest = {
+  most: new Float64Array(N), seconds: 0,
+  note(passed) {
+    let moved = false, still = true;
+    for (let i = 0; i < N; i++) {
+      const rate = Math.abs(player.now[N + i]);
+      this.most[i] = Math.max(this.most[i], rate);
+      moved ||= this.most[i] > 0;
+      still &&= rate <= 2e-3 * this.most[i];
+    }
+    this.seconds = moved && still ? this.seconds + passed : 0;
+    if (this.seconds < 1.5) return;
+    this.most.fill(this.seconds = 0);
+    backToStart();
+  },
+};
+
 // ---- the picture under the finger
 
-const turnable = picture.space
-  ? makeTurnable($("picture"), picture.space, () => { dirty = true; }, takesPoint) : null;
 // The point that a press takes hold of, or null.
 function pointUnder(event) {
   const box = $("picture").getBoundingClientRect(), fingers = event.pointerType === "touch";
@@ -103,6 +121,16 @@ function takesPoint(event) {
   return picture.held ? picture.held.pointer === event.pointerId : Boolean(pointUnder(event));
 }
 let pressed = false;   // whether the last press took a point
+// What the viewer sees of the picture; strip charts in its place stand.
+const look = !picture.program ? null : makeLook({
+  canvas: $("picture"), sight: picture.sight, names: picture.followed.map(({ name }) => name),
+  refresh: () => { dirty = true; }, takes: takesPoint, letGo: () => letGo(),
+});
+picture.look = look;
+function letGo(event) {
+  if (picture.release(event)) { syncStart(); setPlaying(true); }
+  dirty = true;
+}
 function listenToPicture() {
   const canvas = $("picture");
   canvas.addEventListener("pointerdown", (event) => {
@@ -122,13 +150,11 @@ function listenToPicture() {
   });
   for (const kind of ["pointerup", "pointercancel"]) {
     canvas.addEventListener(kind, (event) => {
-      if (picture.held?.pointer !== event.pointerId) return;
-      if (picture.release(event)) { syncStart(); setPlaying(true); }
-      dirty = true;
+      if (picture.held?.pointer === event.pointerId) letGo(event);
     });
   }
   canvas.addEventListener("click", () => {
-    if (!pressed && !turnable?.dragged) setPlaying(!player.playing);
+    if (!pressed && !look?.dragged) setPlaying(!player.playing);
   });
   canvas.addEventListener("keydown", nudgeByKey);
   for (const kind of ["focus", "blur"]) canvas.addEventListener(kind, () => { dirty = true; });
@@ -153,27 +179,23 @@ function nudgeByKey(event) {
   dirty = true;
 }
 
-// ---- keys
+// ---- the bar and its keys
 
-function listenToKeys() {
-  document.addEventListener("keydown", (event) => {
-    const within = (selector) => event.target.closest?.(selector);
-    // What a focused control does with its keys is its own affair.
-    if (event.ctrlKey || event.metaKey || event.altKey || within("select, summary, dialog")) return;
-    if ((event.key === " " && within("button")) || (event.key.startsWith("Arrow") && within("input"))) return;
-    const far = event.shiftKey ? RATE : RATE / 10;
-    const actions = {
-      " ": () => setPlaying(!player.playing), r: backToStart, R: backToStart,
-      ArrowLeft: () => stepBy(-far), ArrowRight: () => stepBy(far),
-      ",": () => stepBy(-1), ".": () => stepBy(1),
-      ...(picture.space ? keysOfSpace(picture.space) : {}),
-    };
-    if (!Object.hasOwn(actions, event.key)) return;
-    event.preventDefault();
-    actions[event.key]();
+const transport = makeTransport({
+  toggle: () => setPlaying(!player.playing), again: backToStart, step: stepBy,
+  seek(part) {
+    if (player.playing) setPlaying(false);
+    player.seek(player.first + part * (player.last - player.first));
+    say();
     dirty = true;
-  });
-}
+  },
+  far: (more) => (more ? RATE : RATE / 10),
+  hurry(speed) {
+    player.speed = speed;
+    pacing.clear();
+  },
+  keys: look?.keys,
+});
 
 // ---- how far the motion reaches
 
@@ -235,11 +257,9 @@ function drawAll() {
     const span = number(precision.span ?? 5 * player.pace);
     $("horizon").textContent = `after ${span} s` + (precision.busy ? " …" : "");
   }
-  $("time").textContent = timeWords(player.time());
   const { spacing } = picture, { first, last, head } = player;
   $("scale").textContent = spacing ? `grid ${number(spacing)} ${MODEL.length_unit ?? ""}`.trim() : "";
-  $("scrub").value = last > first ? (head - first) / (last - first) : 1;
-  if (!player.playing) $("scrub").setAttribute("aria-valuetext", timeWords(player.time()));
+  transport.place(last > first ? (head - first) / (last - first) : 1, timeWords(player.time()));
   const { shown } = player, part = player.scale > 0 ? Math.abs(shown.drift) / player.scale : 0;
   $("drift").textContent = `drift ${part < 1e-16 ? "0" : number(part, 2)}`;
   $("drift").classList.toggle("bad", part > 0.01);
@@ -248,18 +268,25 @@ function drawAll() {
   setStatus(player.reason && head >= last - 1 ? player.reason : player.playing ? pacing.slow : "");
 }
 function tick(clock) {
+  if (alone && !inSight.has($("picture"))) {
+    transport.passed(clock);
+    requestAnimationFrame(tick);
+    return;
+  }
   const began = performance.now();
   if (player.playing && !player.held) {
-    // A page that was hidden goes on where it was.
-    const passed = clockBefore === null ? 0 : Math.min(clock - clockBefore, 100) / 1000;
-    clockBefore = clock;
+    const passed = transport.passed(clock);
     const { ended, reached } = player.play(passed, began + 10);
     pacing.note(passed, reached);
-    if (ended && player.head >= player.last - 1e-6) setPlaying(false);
+    if (alone) rest.note(passed);
+    if (ended && player.head >= player.last - 1e-6) {
+      setPlaying(false);
+      if (alone) setTimeout(() => { if (!still()) setPlaying(true); }, 1500);
+    }
     dirty = true;
   }
   if (probe.wanted) { probe.work(began + 8); dirty = true; }
-  else if (precision.work(performance.now() + 4)) dirty = chartDirty = true;
+  else if (!alone && precision.work(performance.now() + 4)) dirty = chartDirty = true;
   if (dirty || picture.gliding) { dirty = false; drawAll(); }
   spent += performance.now() - began;
   frames++;
@@ -269,28 +296,15 @@ function tick(clock) {
 // ---- the beginning
 
 function listen() {
-  $("play").addEventListener("click", () => setPlaying(!player.playing));
-  $("again").addEventListener("click", backToStart);
-  $("scrub").addEventListener("input", ({ target }) => {
-    if (player.playing) setPlaying(false);
-    player.seek(player.first + target.valueAsNumber * (player.last - player.first));
-    say();
-    dirty = true;
-  });
-  for (const factor of [0.1, 0.25, 0.5, 1, 2, 5, 10]) {
-    const speed = Number((factor * player.pace).toPrecision(6));
-    $("speed").append(new Option(number(speed) + " ×", factor, factor === 1, factor === 1));
-  }
-  $("speed").addEventListener("change", ({ target }) => {
-    player.speed = Number(target.value);
-    pacing.clear();
-  });
   $("reset").addEventListener("click", resetParameters);
   $("share").addEventListener("click", () =>
     copy(`${location.href.split("#")[0]}#${link()}`, "Link copied: it opens this start and parameters"));
   $("rust").addEventListener("click", () => copy(rust(), "Copied: the same start as Rust"));
   $("csv").addEventListener("click", saveCsv);
-  addEventListener("hashchange", () => recalled(recall()));
+  addEventListener("hashchange", () => {
+    if (alone) setPlaying(!still());
+    else recalled(recall());
+  });
   const repaint = (printed) => {
     document.documentElement.classList.toggle("printed", printed);
     readPalette();
@@ -300,12 +314,9 @@ function listen() {
   };
   addEventListener("beforeprint", () => repaint(true));
   addEventListener("afterprint", () => repaint(false));
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-    readPalette();
-    dirty = chartDirty = true;
-  });
+  watchScheme(() => { dirty = chartDirty = true; });
   new ResizeObserver(() => { dirty = chartDirty = true; }).observe(document.body);
-  for (const { canvas } of plots) sight.observe(canvas);
+  for (const { canvas } of [...plots, picture]) sight.observe(canvas);
 }
 function begin() {
   readPalette();
@@ -325,7 +336,7 @@ function begin() {
   recalled(chosen);
   listen();
   listenToPicture();
-  listenToKeys();
+  transport.offer(player.pace);
   bindSymbols($("equations"));
   $("equations").hidden = !$("equations").querySelector("math");
   $("source").textContent = [PROGRAMS.accelerations, PROGRAMS.terms].filter(Boolean)
@@ -333,9 +344,9 @@ function begin() {
   $("not-shown").replaceChildren(...(MODEL.not_portable ?? []).map((text) => element("li", "", text)));
   probe.work(performance.now() + 25);
   requestAnimationFrame(tick);
-  if (!reducedMotion()) setPlaying(true);
+  if (!reducedMotion() && !still()) setPlaying(true);
   const hints = picture.handles().length ? [$("hint").textContent] : [];
-  if (picture.space) hints.push("drag the ground to turn, scroll or pinch to zoom");
+  hints.push(`drag the ground to ${picture.space ? "turn" : "move"} it, scroll or pinch to zoom`);
   if (picture.program) $("hint").textContent = hints.join("; ");
   if (!$("hint").classList.contains("stays")) setTimeout(() => $("hint").classList.add("gone"), 9000);
 }

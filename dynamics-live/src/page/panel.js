@@ -28,9 +28,10 @@ function makeInputs() {
     const most = 2 * Math.abs(input.value) || 10, [lo, hi] = input.range ?? [-most, most];
     return { ...input, id: "w" + index, index, lo, hi, change: (v) => set([index], v), changeAll: set };
   });
-  inputSliders = makeSliders($("inputs"), items);
-  inputSliders.forEach((slider, i) => slider.set(player.w[i]));
-  $("input-group").hidden = !items.length;
+  const shown = items.filter(({ held }) => !held), made = makeSliders($("inputs"), shown);
+  inputSliders = items.map((item) => made[shown.indexOf(item)]);
+  inputSliders.forEach((slider, i) => slider?.set(player.w[i]));
+  $("input-group").hidden = !shown.length;
 }
 function makeStart() {
   const set = (part) => (indices, v) => {
@@ -44,6 +45,7 @@ function makeStart() {
     const [lo, hi] = whole && coordinate.angle ? [-Math.PI, Math.PI] : [-1, 1];
     return {
       id: part + index, name, about, index, lo, hi, unit: whole ? unit : rateUnit(coordinate),
+      spoken: whole ? undefined : `rate of ${name}`,
       symbol: whole ? coordinate.symbol : rateSymbol(coordinate.symbol),
       change: (v) => change([index], v), changeAll: change,
     };
@@ -51,10 +53,6 @@ function makeStart() {
   const positions = makeSliders($("positions"), MODEL.coordinates.map((c, i) => item("q", c, i)));
   const into = N > 3 ? fold($("velocities"), "velocities") : $("velocities");
   const velocities = makeSliders(into, MODEL.coordinates.map((c, i) => item("u", c, i)));
-  for (const [i, slider] of velocities.entries()) {
-    const { name } = MODEL.coordinates[i];
-    slider.input.setAttribute("aria-label", `rate of ${name}` + (slider.unit ? ` in ${slider.unit}` : ""));
-  }
   startSliders = [...positions, ...velocities];
   for (const start of MODEL.starts.length > 1 ? MODEL.starts : []) {
     const chip = Object.assign(element("button", "", start.name), { type: "button" });
@@ -63,7 +61,7 @@ function makeStart() {
   }
 }
 function takeStartOf({ t, q, u, w, m }) {
-  if (w?.length) { player.w.set(w); inputSliders.forEach((slider, i) => slider.set(player.w[i])); }
+  if (w?.length) { player.w.set(w); inputSliders.forEach((slider, i) => slider?.set(player.w[i])); }
   const refusal = takeStart({ t: t ?? 0, q: Float64Array.from(q), u: Float64Array.from(u), m: m ?? [] });
   if (refusal) toast(refusal);
   return refusal;

@@ -26,7 +26,7 @@ function figureOf([kind, offsets, style = {}, extra = {}]) {
   const shown = extra.shown ? at.pop() : null, seconds = extra.seconds ? at.pop() : null;
   if (k === "line") figure.n = at.length / dimension;
   if (k === "spring") figure.n = extra.coils;
-  return { figure, at, dimension, shown, seconds, words: extra.text ?? "" };
+  return { figure, at, dimension, shown, seconds, words: extra.text ?? "", name: extra.name };
 }
 
 // The picture of a model without one of its own: a chain from the origin through its points, as
@@ -76,7 +76,8 @@ class Picture {
     // The eye of recorded pages.
     const eye = MODEL.eye ?? [-60, 25].map((degrees) => degrees * Math.PI / 180);
     this.space = MODEL.space ? makeSpace({ half: [1, 1, 1], eye }) : null;
-    this.painter = makePaint(this.space);
+    this.sight = this.space ?? makePlane();
+    this.painter = makePaint(this.sight);
     const { drawing, figures, points } = PROGRAMS, program = figures ? drawing : points;
     this.program = program ?? null;
     this.dynamic = /\b[al]\[/.test(program?.run);   // whether it reads q̈ or λ
@@ -93,6 +94,7 @@ class Picture {
     this.box = null;
     this.grip = 0;           // the handle that arrow keys move
     this.held = null;
+    this.look = null;        // what the viewer chooses to see
     player.onRecord = (instant) => this.record(instant);
   }
 
@@ -169,6 +171,9 @@ class Picture {
   settle() {
     const { box } = this;
     if (!box || !(box.lo[0] <= box.hi[0])) return;
+    // What the viewer has chosen to see of the plane stays.
+    this.gliding = false;
+    if (this.half && !this.space && !this.sight.whole) return;
     const middle = box.lo.map((lo, axis) => (lo + box.hi[axis]) / 2);
     const sides = box.lo.map((lo, axis) => (box.hi[axis] - lo) / 2);
     const most = Math.max(...sides), least = 1e-9 * Math.max(...middle.map(Math.abs));
@@ -205,14 +210,27 @@ class Picture {
     if (!(width > 1) || !this.program) return;
     if (!this.held) this.settle();
     if (!this.half) return;
+    const sample = this.sample(player.time(), player.now);
+    // Under a finger the view stands.
+    if (!this.held) this.look?.follow(() => this.followable(sample));
     painter.aim(this.fit(width, height), width, height);
     this.spacing = space ? painter.drawFloor(pen, this.middle, 1)
-      : painter.drawGrid(pen, width, height, this.middle, 1);
-    const sample = this.sample(player.time(), player.now);
+      : painter.drawGrid(pen, width, height, this.middle, 1, MODEL.length_unit);
     this.drawTraces(pen, sample);
     painter.paint(pen, this.figures.flatMap(({ figure, words }, k) =>
       (sample[k] ? painter.piecesOf(figure, this.shift(figure, sample[k]), "blue", words) : [])));
     this.drawGrip(pen);
+  }
+  // What can stay in the middle: points of traces that have names, or the model's points.
+  get followed() {
+    const named = this.traces.filter((k) => this.figures[k].name);
+    return named.length ? named.map((k) => ({ name: this.figures[k].name, k })) : this.handles();
+  }
+  followable(sample) {
+    return this.followed.map(({ k, place }) => {
+      const point = place ? place() : sample[k];
+      return point && point.map((x, axis) => x - this.middle[axis]);
+    });
   }
   drawTraces(pen, sample) {
     const { player } = this, nowhere = new Array(DIMENSION).fill(NaN);
@@ -245,11 +263,11 @@ class Picture {
 
   // ---- dragging
 
-  // What can be taken hold of: the points of the model.
+  // What can be taken hold of: the points of the model, but no vector that depends on velocities.
   handles() {
-    const { player } = this;
+    const { player } = this, fixed = (this.fixed ??= this.placesAlone());
     let next = 0;
-    return (PROGRAMS.points ? MODEL.points : []).map(({ name, dimension }, index) => {
+    const all = (PROGRAMS.points ? MODEL.points : []).map(({ name, dimension }, index) => {
       const first = next;
       next += dimension;
       const place = () => {
@@ -258,7 +276,20 @@ class Picture {
         const at = Array.from(out.slice(first, first + dimension));
         return this.space && dimension === 2 ? [at[0], 0, at[1]] : at;
       };
-      return { name, dimension, index, place };
+      return { name, dimension, index, first, place };
+    });
+    return all.filter(({ index }) => fixed[index]);
+  }
+  // Which points are places: those that other velocities leave where they are.
+  placesAlone() {
+    if (!PROGRAMS.points) return [];
+    const { system, t, q, u } = this.player.motion, at = (u) => system.value("points", t, q, u).slice();
+    const [here, there] = [at(u), at(u.map((x) => x + 1))];
+    let next = 0;
+    return MODEL.points.map(({ dimension }) => {
+      const first = next;
+      next += dimension;
+      return here.subarray(first, next).every((x, k) => x === there[first + k]);
     });
   }
   // The handle under a finger, or null.
@@ -302,14 +333,22 @@ class Picture {
   }
   move(event) {
     const { held } = this, box = this.canvas.getBoundingClientRect();
-    const target = this.placeAt(event.clientX - box.left, event.clientY - box.top, held.handle.place());
-    const refusal = this.pull(held.handle, target);
+    const x = event.clientX - box.left, y = event.clientY - box.top;
+    let target, refusal;
+    // In space the place is as far from the eye as the point is, which the pull changes.
+    for (let turn = 0; turn < (this.space ? 5 : 1) && !refusal; turn++) {
+      target = this.placeAt(x, y, held.handle.place());
+      refusal = this.pull(held.handle, target);
+      const [px, py] = this.onCanvas(held.handle.place());
+      if (Math.hypot(px - x, py - y) < 0.5) break;
+    }
     held.trail.push({ at: event.timeStamp, target });
     while (held.trail.length > 2 && event.timeStamp - held.trail[0].at > 80) held.trail.shift();
     return refusal;
   }
-  // Lets go: what moved under the finger at the end flies on as it moved. True where it was moved at all.
-  release(event) {
+  // Lets go: what moved under the finger at the end flies on as it moved, unless a gesture of two fingers
+  // begins. True where it was moved at all.
+  release(event = null) {
     const { held, player } = this, { motion } = player, { trail } = held;
     const [from] = trail, to = trail[trail.length - 1];
     this.held = null;
@@ -318,7 +357,7 @@ class Picture {
     if (!from) return false;
     const seconds = (to.at - from.at) / 1000 * player.pace * player.speed;
     // A finger that rests before it lets go does not throw.
-    if (seconds > 0 && event.timeStamp - to.at < 60 && trail.length > 2) {
+    if (event && seconds > 0 && event.timeStamp - to.at < 60 && trail.length > 2) {
       const velocity = to.target.map((x, axis) => (x - from.target[axis]) / seconds);
       motion.throw_point(held.handle.index, this.ofModel(held.handle, velocity));
     }
@@ -336,4 +375,3 @@ class Picture {
     return this.pull(handle, this.placeAt(x + by * right, y - by * up, place)) ?? handle.name;
   }
 }
-const reducedMotion = () => matchMedia("(prefers-reduced-motion: reduce)").matches;

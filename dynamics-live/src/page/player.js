@@ -4,7 +4,6 @@ const N = MODEL.coordinates.length;
 const RATE = 60;      // instants recorded per second of playing
 const KEPT = 3600;    // instants that can be scrubbed through: one minute of playing
 
-const clamp = (v, lo, hi) => Math.max(lo, Math.min(hi, v));
 const HAS_ENERGY = Boolean(PROGRAMS.energy_function || PROGRAMS.kinetic_energy && PROGRAMS.potential_energy);
 const ENERGY_UNIT = MODEL.conserved.find(({ kind }) => /energy/i.test(kind))?.unit
   ?? MODEL.powers.find(({ unit }) => unit)?.unit.replace(/^W$/, "J") ?? "J";

@@ -323,4 +323,14 @@ const CHECKS = {
       else expect(/singular position/.test(reason), reason);
     }
   },
+  dry_friction_turns_or_rests() {
+    // Upwards it is braked by both, and slides back with what is left of the pull.
+    const sliding = started("dry_friction", [0], [-8], {}, undefined, { 0: 3, 1: 1 });
+    expect(run(sliding, "dp5", 1e-9, 5) === null, sliding.reason);
+    expect_near(sliding.q[0], -8 + 0.5 * 2 * 3 * 3, 1e-8, "turns after 2 s");
+    expect(sliding.steps < 40, `${sliding.steps} steps`);
+    const resting = started("dry_friction", [0], [4]);
+    expect(/comes to rest on a jump/.test(run(resting, "dp5", 1e-9, 5)), `${resting.reason} at ${resting.t}`);
+    expect_near(resting.t, 2, 1e-3, "rests after 2 s");
+  },
 };

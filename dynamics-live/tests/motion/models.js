@@ -460,4 +460,22 @@ const MODELS = {
       ],
     },
   ],
+
+  // A block on a slope: ẍ = pull − μ sign ẋ.
+  dry_friction: [
+    {
+      sizes: sizes(1, { parameters: 2 }),
+      accelerations: program(3, (p, k, f, t, q, u, w, m, a, l, out) => {
+        out[0] = p[0] - p[1] * signum(u[0]);
+        out[1] = out[2] = 1;
+      }),
+      kinks: program(1, (p, k, f, t, q, u, w, m, a, l, out) => (out[0] = u[0])),
+      kink_functions: [null],
+    },
+    {
+      name: "DryFriction",
+      coordinates: named(["x"], { unit: "m" }),
+      parameters: valued({ pull: 1, friction: 3 }),
+    },
+  ],
 };

@@ -1,11 +1,10 @@
 "use strict";
 (() => {
   const data = JSON.parse(document.getElementById("data").textContent);
-  const $ = (id) => document.getElementById(id);
   const last = data.frames - 1;
   const several = data.films.length > 1;
-  const space = data.spatial ? makeSpace(data) : null;
-  const { axes, numbersOf, ...painter } = makePaint(space);
+  const space = data.spatial ? makeSpace(data) : null, sight = space ?? makePlane();
+  const { axes, numbersOf, ...painter } = makePaint(sight);
 
   // ---- data: differences back to values; a missing value is NaN
 
@@ -70,15 +69,54 @@
   const picture = $("picture");
   const room = makeRoom({ films, space, half: data.half, at, numbersOf });
 
+  // What can stay in the middle: the traced points, or all that moves where there are none.
+  const traced = films.flatMap((film) => [...film.traces].map(([name, track]) => ({ film, name, track })));
+  const named = ({ film, name }) => (several && film.label ? `${name} (${film.label})` : name);
+  const look = makeLook({
+    canvas: picture, sight, names: traced.length ? traced.map(named) : films.length ? ["the middle"] : [],
+    refresh: () => drawPicture(),
+  });
+  const followable = () => (traced.length
+    ? traced.map(({ film, track }) => {
+      const now = current(film);
+      return now && track.map((column) => between(column, now.part, Math.floor(frame)));
+    }) : [middleNow()]);
+
   function drawPicture() {
     const { pen, width, height } = prepare(picture);
+    look.follow(followable);
     painter.aim(room.view(pen, width, height), width, height);
     const spacing = space ? painter.drawFloor(pen, data.origin, data.quantum)
-      : painter.drawGrid(pen, width, height, data.origin, data.quantum);
-    const hint = space ? " · drag to turn, scroll or pinch to zoom" : "";
-    $("scale").textContent = spacing ? "grid " + asLength(spacing) + hint : "";
+      : painter.drawGrid(pen, width, height, data.origin, data.quantum, data.length_unit);
+    $("scale").textContent = spacing ? "grid " + asLength(spacing) : "";
     for (const film of films) drawTraces(pen, film);
     painter.paint(pen, films.flatMap(piecesOf));
+  }
+
+  // Between two instants of a column.
+  function between(column, part, k) {
+    return part > 0 ? column[k] + part * (column[k + 1] - column[k]) : column[k];
+  }
+
+  // The mean of the points that move.
+  function middleNow() {
+    const sum = [0, 0];
+    let count = 0;
+    for (const film of films) {
+      const now = current(film);
+      let first = 0;
+      for (const figure of now?.scene.figures ?? []) {
+        for (let k = 0; k < pointsOf(figure) && figure.k !== "text"; k++) {
+          const place = first + axes * k, columns = now.scene.numbers.slice(place, place + 2);
+          const point = columns.map(now.value), stands = columns.every((c) => typeof c === "number");
+          if (stands || point.some(Number.isNaN)) continue;
+          point.forEach((x, axis) => { sum[axis] += x; });
+          count++;
+        }
+        first += numbersOf(figure);
+      }
+    }
+    return count ? sum.map((x) => x / count) : null;
   }
 
   // The numbers of a film now: between two instants of the same scene they are interpolated.
@@ -87,13 +125,9 @@
     const scene = film.scenes[film.order[k]];
     if (!scene) return null;
     const a = film.local[k];
-    const between = part > 0 && k < last && film.order[k + 1] === film.order[k];
-    const value = (column) => {
-      if (typeof column === "number") return column;
-      const v = column[a];
-      return between ? v + part * (column[a + 1] - v) : v;
-    };
-    return { scene, instant: a, value };
+    const share = k < last && film.order[k + 1] === film.order[k] ? part : 0;
+    const value = (column) => (typeof column === "number" ? column : between(column, share, a));
+    return { scene, instant: a, part: share, value };
   }
 
   // What is to be painted of a film now: figures, as pieces of the plane.
@@ -137,75 +171,65 @@
   // ---- the strip of plots
 
   const plot = $("plot");
-  const edge = { left: 58, right: 10, top: 8, bottom: 8 };
+  // Instants along the plot, with the times of round numbers below.
+  const moment = (k) => data.start + data.step * k;
+  const units = new Set(strip.map((curve) => curve.unit));
+  let extent = { left: 0, wide: 1 };   // where the plot is on its canvas
 
   function drawStrip() {
     if (!strip.length) return;
-    const { pen, width, height } = prepare(plot);
+    const drawing = prepare(plot), { pen, width, height } = drawing;
+    const [lo, hi] = [moment(0), moment(last)].sort((a, b) => a - b);
+    const { power, of } = labelsOf({ lo, hi });
+    const round = hi > lo ? ticks(lo, hi, Math.max(2, width / 90)) : [lo];
+    const marks = round.map((t) => (hi > lo ? (t - data.start) / data.step : 0)).sort((a, b) => a - b);
+    const { X, Y } = drawAxes(drawing,
+      { lo: 0, hi: last || 1, marks, label: (k) => of(moment(k)), unit: scaled(power, data.time_unit) },
+      { ...range, unit: units.size === 1 ? strip[0].unit : "" });
+    extent = { left: drawing.left, wide: width - drawing.left - EDGE.right };
+    clipped(drawing, () => {
+      markEvents(pen, X, width, height);
+      for (const curve of strip) strokeColumn(pen, curve, curve.values, X, Y);
+      pen.strokeStyle = palette.ink;
+      pen.lineWidth = 1;
+      pen.beginPath();
+      pen.moveTo(X(frame), EDGE.top - 4);
+      pen.lineTo(X(frame), height - EDGE.bottom + 4);
+      pen.stroke();
+      for (const curve of strip) {
+        const v = interpolated(curve.values);
+        pen.fillStyle = palette[curve.color];
+        if (!Number.isNaN(v)) { pen.beginPath(); pen.arc(X(frame), Y(v), 3, 0, 2 * Math.PI); pen.fill(); }
+        curve.shown.textContent = Number.isNaN(v) ? "–"
+          : number(known(v, curve), 4) + (curve.unit ? " " + curve.unit : "");
+      }
+    });
+  }
+
+  // The range of all curves with some room.
+  const range = (() => {
     let lo = Infinity, hi = -Infinity;
     for (const curve of strip) for (const v of curve.values) { if (v < lo) lo = v; if (v > hi) hi = v; }
-    if (!(lo <= hi)) { lo = -1; hi = 1; }
+    if (!(lo <= hi)) [lo, hi] = [-1, 1];
     if (lo === hi) { const half = Math.abs(lo) / 2 || 1; lo -= half; hi += half; }
-    pen.font = "11px system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif";
-    // A thousandth of the axis is as fine as a label says: what rounding left of 0 is 0.
-    const labels = [lo, hi].map((v) => number(Math.abs(v) < 5e-4 * (hi - lo) ? 0 : v, 3));
-    edge.left = Math.max(40, ...labels.map((label) => pen.measureText(label).width + 12));
-    const x = (k) => edge.left + (width - edge.left - edge.right) * (last ? k / last : 0);
-    const y = (v) => height - edge.bottom - (height - edge.top - edge.bottom) * (v - lo) / (hi - lo);
-    pen.strokeStyle = palette.rule;
-    pen.lineWidth = 1;
-    pen.strokeRect(edge.left + 0.5, edge.top - 3.5, width - edge.left - edge.right - 1,
-      height - edge.top - edge.bottom + 7);
-    if (lo < 0 && hi > 0) {
-      pen.beginPath(); pen.moveTo(edge.left, y(0)); pen.lineTo(width - edge.right, y(0)); pen.stroke();
-    }
-    pen.fillStyle = palette.quiet;
-    pen.textAlign = "right";
-    pen.textBaseline = "middle";
-    pen.fillText(labels[1], edge.left - 6, y(hi) + 3);
-    pen.fillText(labels[0], edge.left - 6, y(lo) - 3);
-    if (lo < 0 && hi > 0 && Math.min(y(0) - y(hi), y(lo) - y(0)) > 18) pen.fillText("0", edge.left - 6, y(0));
-    // Events: a small sign at the upper edge and a faint line, those that can be told apart.
+    return { lo: lo - 0.05 * (hi - lo), hi: hi + 0.05 * (hi - lo) };
+  })();
+
+  // Events: a dotted line, those that can be told apart; many of them stay at the upper edge.
+  function markEvents(pen, X, width, height) {
+    const foot = data.events.length > width / 16 ? EDGE.top + 5 : height - EDGE.bottom;
     let mark = -Infinity;
-    pen.strokeStyle = pen.fillStyle = palette.faint;
+    pen.strokeStyle = palette.quiet;
+    pen.lineWidth = 1;
     pen.setLineDash([2, 3]);
     pen.beginPath();
-    // Many of them stay at the edge.
-    const foot = data.events.length > width / 16 ? edge.top + 3 : height - edge.bottom + 4;
     for (const [place] of data.events) {
-      if (Math.abs(x(place) - mark) < 2) continue;
-      mark = x(place);
-      pen.moveTo(mark, edge.top - 4); pen.lineTo(mark, foot);
+      if (Math.abs(X(place) - mark) < 2) continue;
+      mark = X(place);
+      pen.moveTo(mark, EDGE.top - 4); pen.lineTo(mark, foot);
     }
     pen.stroke();
-    pen.lineWidth = 1.6;
-    pen.lineJoin = "round";
-    for (const curve of strip) {
-      pen.strokeStyle = palette[curve.color];
-      pen.setLineDash([[], [7, 4], [2, 3]][curve.dash % 3]);
-      pen.beginPath();
-      let down = false;
-      curve.values.forEach((v, k) => {
-        if (Number.isNaN(v)) { down = false; return; }
-        if (down) pen.lineTo(x(k), y(v)); else pen.moveTo(x(k), y(v));
-        down = true;
-      });
-      pen.stroke();
-    }
     pen.setLineDash([]);
-    pen.strokeStyle = palette.ink;
-    pen.lineWidth = 1;
-    pen.beginPath();
-    pen.moveTo(x(frame), edge.top - 4);
-    pen.lineTo(x(frame), height - edge.bottom + 4);
-    pen.stroke();
-    strip.forEach((curve) => {
-      const v = interpolated(curve.values);
-      pen.fillStyle = palette[curve.color];
-      if (!Number.isNaN(v)) { pen.beginPath(); pen.arc(x(frame), y(v), 3, 0, 2 * Math.PI); pen.fill(); }
-      curve.shown.textContent = Number.isNaN(v) ? "–"
-        : number(known(v, curve), 4) + (curve.unit ? " " + curve.unit : "");
-    });
   }
 
   // Without the digits that the page does not know: values are multiples of a unit, which is 1 where they
@@ -217,7 +241,7 @@
 
   function interpolated(values) {
     const k = Math.min(Math.floor(frame), last), part = frame - k;
-    return part > 0 && k < last ? values[k] + part * (values[k + 1] - values[k]) : values[k];
+    return between(values, k < last ? part : 0, k);
   }
 
   const asLength = (v) => number(v) + (data.length_unit && " " + data.length_unit);
@@ -234,30 +258,24 @@
   const refresh = () => { drawPicture(); drawStrip(); };
 
   function seek(k) {
-    frame = Math.max(0, Math.min(last, k));
-    $("scrub").value = last ? frame / last : 0;
-    if (!playing) $("scrub").setAttribute("aria-valuetext", time(frame) + " " + timeUnit);
-    $("time").textContent = "t = " + time(frame) + " / " + time(last) + (timeUnit && " " + timeUnit);
+    frame = clamp(k, 0, last);
+    const unit = timeUnit && " " + timeUnit, [now, end] = [time(frame), time(last)];
+    transport.place(last ? frame / last : 0, `t = ${now} / ${end}${unit}`, now + unit);
     refresh();
   }
 
   function setPlaying(value) {
     playing = value && last > 0;
-    $("sign").setAttribute("d", playing ? "M6 5h4v14H6zM14 5h4v14h-4z" : "M7 4.5v15l12.5-7.5z");
-    $("play").setAttribute("aria-label", playing ? "pause" : "play");
-    before = null;
+    transport.show(playing);
     if (playing) { if (frame >= last) seek(0); requestAnimationFrame(tick); }
   }
 
-  function tick(now) {
+  function tick(clock) {
     if (!playing) return;
-    // A page that was hidden goes on where it was.
-    const passed = before === null ? 0 : Math.min(now - before, 100) / 1000;
-    before = now;
-    let next = frame + passed * speed / step;
+    let next = frame + transport.passed(clock) * speed / step;
     if (next >= last) {
       if (!looping) { seek(last); setPlaying(false); return; }
-      next = last > 0 ? next % last : 0;
+      next %= last;
     }
     seek(next);
     requestAnimationFrame(tick);
@@ -267,33 +285,25 @@
     looping = value;
     $("loop").setAttribute("aria-pressed", String(value));
   }
-
-  const factors = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20];
-  for (const factor of factors) {
-    const speed = number(Number((factor * data.speed).toPrecision(6)), 3) + " ×";
-    const option = new Option(speed, String(factor), factor === 1, factor === 1);
-    $("speed").append(option);
-  }
-  function faster(by) {
-    const k = Math.max(0, Math.min(factors.length - 1, $("speed").selectedIndex + by));
-    $("speed").selectedIndex = k;
-    speed = data.speed * factors[k];
-  }
-
-  $("play").addEventListener("click", () => setPlaying(!playing));
-  picture.addEventListener("click", () => { if (!turnable?.dragged) setPlaying(!playing); });
-  const turnable = space ? makeTurnable(picture, space, drawPicture) : null;
   $("loop").addEventListener("click", () => setLooping(!looping));
-  $("speed").addEventListener("change", () => faster(0));
-  $("scrub").addEventListener("input", (event) => {
-    setPlaying(false);
-    seek(event.target.valueAsNumber * last);
+
+  const jump = (k) => { setPlaying(false); seek(k); };
+  const toggle = () => setPlaying(!playing), repeat = () => setLooping(!looping);
+  const transport = makeTransport({
+    toggle, again: () => seek(0), seek: (part) => jump(part * last),
+    // A single step ends at an instant.
+    step: (by) => jump(by === 1 ? Math.floor(frame) + 1 : by === -1 ? Math.ceil(frame) - 1 : frame + by),
+    far: (more) => (more ? last / 10 : last / 100),
+    hurry: (factor) => { speed = data.speed * factor; },
+    keys: { ...look.keys, l: repeat, L: repeat, Home: () => jump(0), End: () => jump(last) },
   });
+  transport.offer(data.speed);
+  picture.addEventListener("click", () => { if (!look.dragged) toggle(); });
 
   const scrubPlot = (event) => {
     const box = plot.getBoundingClientRect();
     setPlaying(false);
-    seek(last * (event.clientX - box.left - edge.left) / (box.width - edge.left - edge.right));
+    seek(last * (event.clientX - box.left - extent.left) / extent.wide);
   };
   plot.addEventListener("pointerdown", (event) => {
     plot.setPointerCapture(event.pointerId);
@@ -301,35 +311,10 @@
   });
   plot.addEventListener("pointermove", (event) => { if (event.buttons) scrubPlot(event); });
 
-  document.addEventListener("keydown", (event) => {
-    const within = (selector) => event.target.closest?.(selector);
-    // What a focused control does with its keys is its own affair.
-    if (event.ctrlKey || event.metaKey || event.altKey || within("select, summary")
-      || (event.key === " " && within("button"))) return;
-    const far = event.shiftKey ? last / 10 : last / 100;
-    const jump = (k) => { setPlaying(false); seek(k); };
-    const actions = {
-      " ": () => setPlaying(!playing), k: () => setPlaying(!playing),
-      l: () => setLooping(!looping), L: () => setLooping(!looping),
-      ArrowLeft: () => jump(frame - far), ArrowRight: () => jump(frame + far),
-      ",": () => jump(Math.ceil(frame) - 1), ".": () => jump(Math.floor(frame) + 1),
-      Home: () => jump(0), End: () => jump(last),
-      "+": () => faster(1), "=": () => faster(1), "-": () => faster(-1),
-    };
-    if (space) {
-      for (const [key, look] of Object.entries(keysOfSpace(space))) {
-        actions[key] = () => { look(); drawPicture(); };
-      }
-    }
-    const action = actions[event.key];
-    if (action) { event.preventDefault(); action(); }
-  });
-
   // ---- names, and the start
 
   function key(name, tint) {
     const [item, line, value] = ["span", "i", "b"].map((tag) => document.createElement(tag));
-    item.className = "key";
     line.style.borderColor = "var(--" + tint + ")";
     item.append(line, name, value);
     return { item, line, value };
@@ -347,7 +332,7 @@
       $("curves").append(item);
     }
     for (const name of new Set(data.events.map((event) => event[1]))) {
-      const { item, line, value } = key(name, "faint");
+      const { item, line, value } = key(name, "quiet");
       line.style.borderTopStyle = "dotted";
       const count = data.events.filter((event) => event[1] === name).length;
       value.textContent = count > 1 ? count + " times" : "";
@@ -355,9 +340,11 @@
     }
   }
 
-  readPalette();
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { readPalette(); refresh(); });
+  $("hint").textContent = `drag to ${space ? "turn" : "move"} it, scroll or pinch to zoom`;
+  picture.addEventListener("pointerdown", () => $("hint").classList.add("gone"));
+  setTimeout(() => $("hint").classList.add("gone"), 9000);
+  watchScheme(refresh);
   new ResizeObserver(refresh).observe($("stage"));
   seek(0);
-  if (!matchMedia("(prefers-reduced-motion: reduce)").matches) setPlaying(true);
+  if (!reducedMotion()) setPlaying(true);
 })();

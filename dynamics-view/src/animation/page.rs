@@ -9,7 +9,7 @@ use super::clock::Clock;
 use super::encode::{Bounds, Grid, differences};
 use super::{Animation, Recording};
 use crate::color::Color;
-use crate::scripts;
+use crate::scripts::{self, joined};
 use crate::text::{fill, json, json_number, typeset, with_unit, xml};
 
 /// Azimuth and elevation of the eye in degrees: x comes toward the viewer and to the right, y goes away and
@@ -29,18 +29,19 @@ impl Animation<'_> {
         });
         let mut methods: Vec<_> = self.films.iter().map(|(film, _)| film.method()).collect();
         methods.dedup();
-        let subtitle: Vec<_> = methods.iter().chain(&clock.notes).map(|part| xml(part)).collect();
-        let script = [scripts::PAINT, include_str!("room.js"), include_str!("page.js")].concat();
+        let known = methods.iter().chain(&clock.notes).filter(|part| !part.is_empty());
+        let subtitle: Vec<_> = known.map(|part| xml(part)).collect();
+        let sight = if is_spatial(recordings) { scripts::SPACE } else { scripts::PLANE };
+        let own = [sight, include_str!("room.js"), include_str!("page.js")];
         fill(
             include_str!("page.html"),
             &[
                 ("title", &xml(&title)),
-                ("style", include_str!("page.css")),
+                ("style", &joined(&[scripts::STYLE, include_str!("page.css")])),
                 ("subtitle", &subtitle.join(" · ")),
                 ("summary", &self.summaries()),
                 ("data", &self.data(clock, recordings)),
-                ("space", if is_spatial(recordings) { scripts::SPACE } else { "" }),
-                ("script", &script),
+                ("script", &joined(&[&scripts::SHARED[..], &own].concat())),
             ],
         )
     }

@@ -1,6 +1,9 @@
 // What recorded and live pages share: colours, canvases, numbers in words, and the painters of all figures.
 "use strict";
 
+const $ = (id) => document.getElementById(id);
+const clamp = (v, lo, hi) => Math.max(lo, Math.min(hi, v));
+
 // ---- numbers as people write them
 
 const powerOfTen = (exponent) =>
@@ -60,6 +63,7 @@ function prepare(canvas) {
 // ---- figures
 
 const fontOfWords = "14px system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif";
+const fontOfAxes = "11px system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif";
 const besideWords = 11;   // pixels from a point to the words beside it
 
 function pointsOf(figure) {
@@ -72,22 +76,21 @@ function pointsOf(figure) {
 }
 const numbersAfterPoints = { disc: 1, circle: 1, arc: 3, cone: 2 };
 
-// Painters of figures of the plane; `space` is the eye of a page that shows something of space, or null.
-// Places count from the middle of what is shown; `view` puts them onto the canvas.
-const makePaint = (space) => {
+// Painters of figures of the plane. `sight` is what the viewer chooses to see: of `makePlane`, or the eye of
+// `makeSpace`. Places count from the middle of what is shown; `view` puts them onto the canvas.
+const makePaint = (sight) => {
+  const space = sight.project ? sight : null;
   const axes = space ? 3 : 2;   // numbers of a point
   const view = { scale: 1, x: 0, y: 0, marks: 1 };
   const px = (x) => view.x + view.scale * x;
   const py = (y) => view.y - view.scale * y;
   const numbersOf = (figure) => axes * pointsOf(figure) + (numbersAfterPoints[figure.k] ?? 0);
 
-  // Signs of fixed size shrink with small pictures; what is made larger grows about the middle.
-  function aim({ scale, x, y }, width, height) {
-    const zoom = space ? space.zoom : 1;
-    view.scale = scale * zoom;
-    view.x = width / 2 + zoom * (x - width / 2);
-    view.y = height / 2 + zoom * (y - height / 2);
-    view.marks = Math.max(0.6, Math.min(1, Math.min(width, height) / 420));
+  // `fit` shows everything: its scale, and the place of the middle in pixels. Signs of fixed size shrink with
+  // small pictures.
+  function aim(fit, width, height) {
+    Object.assign(view, sight.aim(fit, width, height));
+    view.marks = clamp(Math.min(width, height) / 420, 0.6, 1);
   }
 
   const outline = (pen, v) => {
@@ -95,28 +98,50 @@ const makePaint = (space) => {
     for (let k = 0; k < v.length; k += 2) pen.lineTo(px(v[k]), py(v[k + 1]));
   };
 
-  // Lines of a grid of the plane, and their spacing in the model's lengths. `middle`: what is in the middle
-  // of the view; `quantum`: lengths to a part of the view.
-  function drawGrid(pen, width, height, middle, quantum) {
+  // Lines of a grid of the plane with their coordinates, and their spacing, in the model's lengths. `middle`:
+  // what is in the middle of the view; `quantum`: lengths to a part of the view; `of`: the unit of lengths.
+  function drawGrid(pen, width, height, middle, quantum, of = "") {
     const unit = view.scale / quantum;   // pixels per length of the model
     const spacing = roundStep(64 / unit);
     if (!(spacing > 0) || !Number.isFinite(spacing)) return null;
+    const left = middle[0] - view.x / unit, bottom = middle[1] - (height - view.y) / unit;
+    const lines = (from, pixels) => {
+      const first = Math.ceil(from / spacing), last = Math.floor((from + pixels / unit) / spacing);
+      return Array.from({ length: clamp(last - first + 1, 0, 200) || 0 }, (_, k) => (first + k) * spacing);
+    };
+    const [across, upright] = [lines(left, width), lines(bottom, height)];
+    const X = (v) => Math.round((v - left) * unit) + 0.5;
+    const Y = (v) => height - Math.round((v - bottom) * unit) - 0.5;
     pen.strokeStyle = palette.rule;
     pen.lineWidth = 1;
     pen.beginPath();
-    const left = middle[0] - view.x / unit, bottom = middle[1] - (height - view.y) / unit;
-    for (let k = Math.ceil(left / spacing), n = 0; n < 200; k++, n++) {
-      const x = Math.round((k * spacing - left) * unit) + 0.5;
-      if (x > width) break;
-      pen.moveTo(x, 0); pen.lineTo(x, height);
-    }
-    for (let k = Math.ceil(bottom / spacing), n = 0; n < 200; k++, n++) {
-      const y = height - Math.round((k * spacing - bottom) * unit) - 0.5;
-      if (y < 0) break;
-      pen.moveTo(0, y); pen.lineTo(width, y);
-    }
+    for (const x of across.map(X)) { pen.moveTo(x, 0); pen.lineTo(x, height); }
+    for (const y of upright.map(Y)) { pen.moveTo(0, y); pen.lineTo(width, y); }
     pen.stroke();
+    // Small pictures have no room for numbers.
+    if (Math.min(width, height) >= 220) {
+      labelGrid(pen, { across, upright, X, Y, width, height, spacing, of });
+    }
     return spacing;
+  }
+  // Coordinates at the lower and the left edge; the last ones say their unit.
+  function labelGrid(pen, { across, upright, X, Y, width, height, spacing, of }) {
+    const most = Math.max(...[...across, ...upright].map(Math.abs));
+    const digits = clamp(1 + Math.ceil(Math.log10(most / spacing)), 2, 12);
+    const words = (v, last) => number(v, digits) + (last && of ? " " + of : "");
+    pen.font = fontOfAxes;
+    pen.fillStyle = palette.quiet;
+    pen.textAlign = "left";
+    pen.textBaseline = "bottom";
+    let free = width - 4;
+    across.slice().reverse().forEach((v) => {
+      const text = words(v, free === width - 4), wide = pen.measureText(text).width, x = X(v) + 4;
+      if (x + wide > free || x < 4) return;
+      pen.fillText(text, x, height - 4);
+      free = x - 14;
+    });
+    const seen = upright.filter((v) => Y(v) > 56 && Y(v) < height - 22);
+    seen.forEach((v, k) => pen.fillText(words(v, k === seen.length - 1), 4, Y(v) - 2));
   }
 
   // The same for the level ground of space.
@@ -330,47 +355,3 @@ const makePaint = (space) => {
 
   return { axes, view, px, py, numbersOf, aim, drawGrid, drawFloor, piecesOf, paint, drawTrace };
 };
-
-// One finger or the mouse turns what is of space, two fingers or the wheel make it larger, a double click
-// puts it back. What `takes` says to be its own is left alone. Returns whether the last press moved.
-function makeTurnable(canvas, space, refresh, takes = () => false) {
-  const held = new Map();
-  let dragged = false;
-  const apart = () => { const [a, b] = [...held.values()]; return Math.hypot(a.x - b.x, a.y - b.y); };
-  canvas.classList.add("turns");
-  canvas.addEventListener("pointerdown", (event) => {
-    if (takes(event)) return;
-    if (!held.size) dragged = false;
-    held.set(event.pointerId, { x: event.clientX, y: event.clientY });
-    canvas.setPointerCapture(event.pointerId);
-  });
-  canvas.addEventListener("pointermove", (event) => {
-    const from = held.get(event.pointerId);
-    if (!from) return;
-    const to = { x: event.clientX, y: event.clientY }, moved = Math.hypot(to.x - from.x, to.y - from.y);
-    // A finger never holds still.
-    if (!dragged && moved < 4) return;
-    dragged = true;
-    const before = held.size === 2 ? apart() : 0;
-    held.set(event.pointerId, to);
-    if (held.size === 1) space.turn((to.x - from.x) / 120, (to.y - from.y) / 120);
-    else if (held.size === 2 && before > 0) space.magnify(apart() / before);
-    refresh();
-  });
-  for (const end of ["pointerup", "pointercancel"]) {
-    canvas.addEventListener(end, (event) => held.delete(event.pointerId));
-  }
-  canvas.addEventListener("wheel", (event) => {
-    event.preventDefault();
-    space.magnify(Math.exp(-0.0015 * event.deltaY * (event.deltaMode ? 30 : 1)));
-    refresh();
-  }, { passive: false });
-  canvas.addEventListener("dblclick", () => { space.reset(); refresh(); });
-  return { get dragged() { return dragged; } };
-}
-// Keys that turn and magnify.
-const keysOfSpace = (space) => ({
-  a: () => space.turn(-0.1, 0), d: () => space.turn(0.1, 0),
-  w: () => space.turn(0, -0.1), s: () => space.turn(0, 0.1),
-  z: () => space.magnify(1.1), x: () => space.magnify(1 / 1.1), 0: () => space.reset(),
-});

@@ -1,4 +1,5 @@
-// The eye of pages that show something of space: where points are seen, and what hides what.
+// The eye of pages that show something of space: where points are seen, and what hides what. What the
+// viewer does with it has the names of `makePlane`.
 //
 // Points are counted from the middle of everything that is shown, x and y level, z up. The eye looks at that
 // middle from an azimuth about z, an elevation above the level and a distance of some sizes of the whole, so
@@ -19,7 +20,7 @@ const makeSpace = (data) => {
   }
   resize(data.half);
 
-  function aim() {
+  function aimEye() {
     const [sa, ca, se, ce] = [Math.sin(azimuth), Math.cos(azimuth), Math.sin(elevation), Math.cos(elevation)];
     right = [-sa, ca, 0];
     up = [-ca * se, -sa * se, ce];
@@ -28,7 +29,7 @@ const makeSpace = (data) => {
   function reset() {
     [azimuth, elevation] = data.eye;
     [zoom, turnedAway] = [1, false];
-    aim();
+    aimEye();
   }
   reset();
 
@@ -231,17 +232,22 @@ const makeSpace = (data) => {
     return lines;
   }
 
-  const clamp = (x, lo, hi) => Math.max(lo, Math.min(hi, x));
+  // Pixels of a finger to a radian.
+  const turn = (dx, dy) => {
+    azimuth -= dx / 120;
+    elevation = clamp(elevation + dy / 120, -Math.PI / 2, Math.PI / 2);
+    turnedAway = true;
+    aimEye();
+  };
   return {
-    project, unproject, pieces, places, extent, reach, floor, resize, reset,
+    project, unproject, pieces, places, extent, reach, floor, resize, reset, stride: 12,
     get size() { return size; },
-    get zoom() { return zoom; },
-    turn(by, rise) {
-      azimuth -= by;
-      turnedAway = true;
-      elevation = clamp(elevation + rise, -Math.PI / 2, Math.PI / 2);
-      aim();
-    },
-    magnify(by) { zoom = clamp(zoom * by, 0.1, 20); },
+    get whole() { return zoom === 1 && !turnedAway; },
+    // What is made larger grows about the middle.
+    aim: ({ scale, x, y }, width, height) => ({
+      scale: zoom * scale, x: width / 2 + zoom * (x - width / 2), y: height / 2 + zoom * (y - height / 2),
+    }),
+    drag: turn,
+    pinch(by) { zoom = clamp(zoom * by, 0.1, 20); },
   };
 };

@@ -1,3 +1,4 @@
+use alloc::format;
 use alloc::string::ToString;
 use alloc::vec;
 
@@ -68,8 +69,26 @@ fn the_page_has_its_parts_and_is_self_contained() {
     for outside in ["http:", "https:", "//cdn", "import ", "fetch(", "{{"] {
         assert!(!html.contains(outside), "{outside}");
     }
+    assert!(html.contains("default-src 'none'"), "the browser refuses requests, too");
     assert!(data(&html).contains("\"frames\":601,\"speed\":1,"));
     assert!(html.len() < 60_000, "{}", html.len());
+}
+
+/// The page and its scripts name the same controls, and every control has a name.
+#[test]
+fn scripts_find_their_controls() {
+    let html = Animation::new().add(&WHEEL, "A").to_html().unwrap();
+    for id in
+        ["picture", "hint", "scale", "whole", "follow", "play", "sign", "again", "scrub", "time", "speed"]
+    {
+        assert_eq!(html.matches(&format!(" id=\"{id}\"")).count(), 1, "{id}");
+        assert!(html.contains(&format!("$(\"{id}\")")), "{id}");
+    }
+    for tag in ["<button ", "<input ", "<select ", "<canvas "] {
+        for control in html.split(tag).skip(1).map(|rest| rest.split("</").next().unwrap()) {
+            assert!(control.contains("aria-label") || control.ends_with(">whole"), "{tag}{control}");
+        }
+    }
 }
 
 #[test]
@@ -261,11 +280,12 @@ fn motions_in_space_are_seen_from_an_eye() {
     let planar = Animation::new().add(&WHEEL, "").frames(2).to_html().unwrap();
     let page = read(data(&planar));
     assert_eq!((page["origin"].as_array().unwrap().len(), page["half"].as_array().unwrap().len()), (2, 2));
-    assert!(!planar.contains("const makeSpace"));
+    assert!(planar.contains("const makePlane") && !planar.contains("const makeSpace"));
 
     let ball = Ball;
     let html = Animation::new().add(&ball, "").frames(3).seen_from(30.0, 90.0).to_html().unwrap();
-    assert!(html.contains("const makeSpace"));
+    assert!(html.contains("const makeSpace") && !html.contains("const makePlane"));
+    assert!(html.contains("<p id=\"subtitle\">played"), "a film without a method has no empty place");
     let page = read(data(&html));
     let scene = &page["films"][0]["reel"]["scenes"][0];
     let kinds: Vec<_> =

@@ -9,10 +9,10 @@ use dynamics::SmoothFunction;
 use dynamics::constrain::{project_positions, project_velocities, solve_general, solve_once, with_workspace};
 use dynamics::error::{SingularMassMatrix, SolveError};
 use dynamics::integrate::{
-    Accelerations, Canonical, Composition4, Composition6, Composition8, Dop853, DormandPrince5,
-    EnergyMidpoint, Esdirk4, Expandable, Gauss4, Gauss6, GeneralizedAlpha, GraggBulirschStoer, Phase,
-    ProjectedEnd, Radau5, Rattle, Rk4, Scheme, SemiImplicitEuler, Stabilized, StepOptions, Stepper,
-    StormerVerlet, Switching, Taylor, Tolerances, Tsit5, Verner9,
+    Accelerations, AdamsBashforth, Canonical, Composition4, Composition6, Composition8, Dop853,
+    DormandPrince5, EnergyMidpoint, Esdirk4, Expandable, ExplicitEuler, Gauss4, Gauss6, GeneralizedAlpha,
+    GraggBulirschStoer, Heun, Phase, ProjectedEnd, Radau5, Rattle, Rk4, Scheme, SemiImplicitEuler,
+    Stabilized, StepOptions, Stepper, StormerVerlet, Switching, Taylor, Tolerances, Tsit5, Verner9,
 };
 use dynamics::model::Model;
 use dynamics::prelude::*;
@@ -218,6 +218,11 @@ pub fn swing_evenly(model: &DoublePendulum) -> Result<(), Failure> {
     evenly::<GeneralizedAlpha<Vector>>(model, 1e-3, 1e-3)?;
     evenly::<Gauss4<Vector>>(model, 5e-3, 1e-5)?;
     evenly::<Gauss6<Vector>>(model, 5e-3, 1e-7)?;
+    evenly::<ExplicitEuler<Vector>>(model, 1e-4, 2e-2)?;
+    evenly::<Heun<Vector>>(model, 1e-3, 1e-3)?;
+    evenly::<AdamsBashforth<Vector, 2>>(model, 1e-3, 1e-3)?;
+    evenly::<AdamsBashforth<Vector, 3>>(model, 1e-3, 1e-5)?;
+    evenly::<AdamsBashforth<Vector, 4>>(model, 1e-3, 1e-6)?;
     evenly::<EnergyMidpoint<Vector>>(model, 5e-3, 1e-11)
 }
 

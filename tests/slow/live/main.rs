@@ -1,12 +1,18 @@
-//! Live pages without a browser: the programs in JavaScript, and the scripts that move them.
+//! Live pages: the programs in JavaScript and the scripts that move them in an engine without a browser, and
+//! whole pages in a browser.
 
 mod bits;
+#[cfg(unix)]
+mod browser;
 #[path = "../../models/double_pendulum.rs"]
 mod double_pendulum;
 mod engine;
 #[path = "../snapshots/models.rs"]
 mod models;
 mod motions;
+mod rust;
+#[cfg(unix)]
+mod shown;
 
 use dynamics::prelude::*;
 use models::*;

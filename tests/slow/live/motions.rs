@@ -11,7 +11,7 @@ use crate::double_pendulum::DoublePendulum;
 use crate::engine::Engine;
 
 #[path = "../../models/andrews.rs"]
-mod andrews;
+pub(crate) mod andrews;
 #[path = "../../models/parallelogram.rs"]
 mod parallelogram;
 #[path = "../../models/three_cranks.rs"]
@@ -44,8 +44,8 @@ impl Rod {
 /// A ball above the ground.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x, y)]
-struct BouncingBall {
-    g: f64,
+pub(crate) struct BouncingBall {
+    pub(crate) g: f64,
 }
 
 #[dynamics]
@@ -252,6 +252,9 @@ fn by_page(engine: &Engine, by: By, end: f64) -> Made {
     Made { steps: counts[0], evaluations: counts[1], state, events }
 }
 
+/// Pages locate kinks on another interpolant. A step that misses one is followed by a tiny one, there or here.
+const STEPS_AT_KINKS: f64 = 0.15;
+
 /// Compares motions of a page with those of a simulation.
 fn compare<'m, M: OpenLive + 'm>(
     page: &Live<'_, M>,
@@ -278,6 +281,7 @@ fn compare<'m, M: OpenLive + 'm>(
         let size = rust.state.iter().fold(1.0, |most: f64, x| most.max(x.abs()));
         // Without fused products a fixed step has the same bits; a projection divides by pivots in another order.
         let of_state = if M::ROWS.is_empty() { of_state } else { of_state.max(1e-11) };
+        let of_steps = if M::KINKS > 0 { STEPS_AT_KINKS } else { of_steps };
         assert!((rust.steps - page.steps).abs() <= of_steps * rust.steps, "{by:?}: {rust:?} {page:?}");
         assert!(off(&rust.state, &page.state) <= of_state * size, "{by:?}: {rust:?} {page:?}");
         assert_eq!(rust.events.len(), page.events.len(), "{by:?}: {rust:?} {page:?}");

@@ -1,0 +1,337 @@
+//! Live pages in a browser: what a reader sees, touches and hears.
+//!
+//! Every test visits all pages of `pages`. They need Chromium (`DYNAMICS_CHROMIUM`, or one on the path), and
+//! are skipped without one unless `DYNAMICS_BROWSER=1`.
+
+mod driver;
+mod page;
+mod pages;
+
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::OnceLock;
+
+use serde_json::json;
+
+use driver::{Chromium, kill};
+use page::{DESK, Opening, PHONE, Page, STILL};
+use pages::{File, files};
+
+/// Checks every file; all that is wrong is told at the end.
+fn visit(
+    files: impl IntoIterator<Item = &'static File>,
+    opening: Opening,
+    check: impl Fn(&Chromium, &File, &Page<'_>) -> Vec<String>,
+) {
+    let Some(browser) = Chromium::start() else { return };
+    let mut wrong = Vec::new();
+    for file in files {
+        let page = Page::open(&browser, &file.address, opening);
+        let mut found = check(&browser, file, &page);
+        found.extend(page.complaints());
+        wrong.extend(found.into_iter().map(|text| format!("{}: {text}", file.name)));
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Files that move.
+fn live_files() -> impl Iterator<Item = &'static File> {
+    files().iter().filter(|file| file.live)
+}
+
+/// A text where a condition fails.
+fn unless(condition: bool, text: impl Into<String>) -> Option<String> {
+    (!condition).then(|| text.into())
+}
+
+/// They play, nothing stands out of the window, and (by `visit`) nothing is thrown, logged or requested.
+#[test]
+fn pages_play_silently_and_fit() {
+    visit(files(), Opening { still: false, ..STILL }, |_, file, page| {
+        let plays = !file.live || page.becomes("live.frames > 20 && live.player.head > 0");
+        let mut wrong: Vec<_> = unless(plays, "does not play").into_iter().collect();
+        if file.live {
+            let first = page.number("performance.getEntriesByType('paint').at(-1).startTime");
+            let frame = page.number("live.spent / live.frames");
+            eprintln!("{}: first paint after {first:.0} ms, {frame:.2} ms of script per frame", file.name);
+        }
+        page.evaluate("tests.unfold()");
+        // Besides a desk and a phone: a phone across, and the narrowest window of WCAG 2.2, 1.4.10.
+        for size in [DESK, PHONE, [844, 390], [320, 640]] {
+            page.resize(size);
+            page.draws();
+            let beside = page.texts("tests.beside()");
+            wrong.extend(beside.into_iter().map(|text| format!("at {size:?} beside: {text}")));
+        }
+        wrong
+    });
+}
+
+#[test]
+fn less_motion_does_not_start() {
+    visit(live_files(), STILL, |_, _, page| {
+        page.evaluate("tests.frames(20)");
+        let still = page.is("!live.player.playing && live.player.head === 0");
+        unless(still, "starts by itself").into_iter().collect()
+    });
+}
+
+/// Names in the accessibility tree, which tell controls apart.
+#[test]
+fn controls_have_names() {
+    const ROLES: [&str; 8] =
+        ["application", "button", "checkbox", "combobox", "DisclosureTriangle", "link", "slider", "textbox"];
+    visit(files(), STILL, |_, _, page| {
+        page.evaluate("tests.unfold()");
+        let tree = page.call("Accessibility.getFullAXTree", json!({}));
+        let mut names = BTreeMap::new();
+        for node in tree["nodes"].as_array().unwrap() {
+            let role = node["role"]["value"].as_str().unwrap_or_default();
+            if node["ignored"] == false && ROLES.contains(&role) {
+                let name = node["name"]["value"].as_str().unwrap_or_default().trim().to_owned();
+                *names.entry((role.to_owned(), name)).or_insert(0) += 1;
+            }
+        }
+        let count = names.values().sum::<usize>();
+        let controls = page.number("tests.controls().length") as usize;
+        let all = unless(count >= controls, format!("{count} names, {controls} controls"));
+        let mut wrong: Vec<_> = all.into_iter().collect();
+        for ((role, name), times) in names {
+            wrong.extend(unless(
+                !name.is_empty() && times == 1,
+                format!("{times} of role {role} named “{name}”"),
+            ));
+        }
+        wrong
+    });
+}
+
+/// Forwards and back, on a desk and on a phone, where the picture stays above what scrolls.
+#[test]
+fn the_tab_key_reaches_every_control() {
+    visit(files(), STILL, |_, _, page| {
+        let count = page.number("tests.track()") as usize;
+        let mut wrong = Vec::new();
+        for (size, back) in [(DESK, false), (DESK, true), (PHONE, false), (PHONE, true)] {
+            page.resize(size);
+            page.evaluate("tests.met.clear()");
+            page.draws();
+            // Equations that scroll take the focus, too.
+            for _ in 0..count + 60 {
+                page.press_with("Tab", back);
+                if page.is("tests.meets()") {
+                    break;
+                }
+            }
+            let way = if back { "back" } else { "forwards" };
+            for (list, what) in
+                [("tests.missed()", "not reached"), ("tests.hidden.splice(0)", "out of sight")]
+            {
+                let controls = page.texts(&format!("{list}.map(tests.words)"));
+                wrong.extend(controls.into_iter().map(|words| format!("at {size:?} {way} {what}: {words}")));
+            }
+        }
+        wrong
+    });
+}
+
+#[test]
+fn keys_play_scrub_and_restart() {
+    visit(live_files(), STILL, |_, _, page| {
+        let mut wrong = Vec::new();
+        page.press(" ");
+        let goes_on = "live.player.head > 20 || live.player.reason";
+        let plays = page.is("live.player.playing") && page.becomes(goes_on);
+        wrong.extend(unless(plays, "space does not play"));
+        if page.is("live.player.playing") {
+            page.press(" ");
+        }
+        wrong.extend(unless(page.is("!live.player.playing"), "space does not pause"));
+        for (key, by) in [("ArrowLeft", -6.0), (".", 1.0), (",", -1.0), (",", -1.0), ("ArrowRight", 6.0)] {
+            let [before, first] = ["live.player.head", "live.player.first"].map(|of| page.number(of));
+            page.press(key);
+            let after = page.number("live.player.head");
+            let ended = page.is("Boolean(live.player.reason)");
+            let moved =
+                (after - (before + by).max(first)).abs() < 1e-9 || by > 0.0 && ended && after >= before;
+            wrong.extend(unless(moved, format!("{key} goes from {before} to {after}")));
+        }
+        page.press("r");
+        let back = "live.player.head === 0 && live.player.time() === live.player.start.t";
+        wrong.extend(unless(page.is(back), "R does not go back to the start"));
+        wrong
+    });
+}
+
+/// A point follows the pointer or the finger to places that it can reach, and flies on.
+#[test]
+fn a_dragged_point_follows() {
+    for size in [DESK, PHONE] {
+        let finger = size == PHONE;
+        visit(live_files(), Opening { size, ..STILL }, |_, file, page| {
+            page.becomes("!live.picture.gliding");
+            page.draws();
+            let found = page.evaluate("tests.dragged()");
+            page.draws();
+            if found.is_null() {
+                eprintln!("{}: no point moves", file.name);
+                return Vec::new();
+            }
+            let place = |value: &serde_json::Value| [0, 1].map(|axis| value[axis].as_f64().unwrap());
+            let (from, to) = (place(&found["from"]), place(&found["to"]));
+            page.pointer("pressed", from, finger);
+            for step in 1..=16 {
+                let part = f64::from(step.min(12)) / 12.0;
+                let at = [0, 1].map(|axis| from[axis] + part * (to[axis] - from[axis]));
+                page.pointer("moved", at, finger);
+                page.draws();
+            }
+            let mut wrong = Vec::new();
+            if page.is("live.picture.held === null") {
+                wrong.push(format!("{} is not held", found["name"]));
+            } else {
+                let at = place(&page.evaluate("tests.heldAt()"));
+                let off = (at[0] - to[0]).hypot(at[1] - to[1]);
+                let (name, way) = (&found["name"], &found["way"]);
+                wrong.extend(unless(off < 2.0, format!("{name} is {off:.1} px off after {way} px")));
+            }
+            page.pointer("released", to, finger);
+            let goes_on = page.becomes("live.player.playing || live.player.reason");
+            wrong.extend(unless(goes_on, "does not go on"));
+            wrong
+        });
+    }
+}
+
+/// Every slider changes its number in the address, and one of the parameters changes the motion.
+#[test]
+fn sliders_change_motion_and_address() {
+    visit(live_files(), STILL, |_, _, page| {
+        page.evaluate("tests.unfold()");
+        let mut wrong = Vec::new();
+        let (mut parameters, mut moved) = (0, 0);
+        for id in page.texts("tests.sliders()") {
+            let before = page.texts("[live.link(), tests.later(live.player.pace)]");
+            page.evaluate(&format!("tests.of('{id}').focus()"));
+            for key in ["ArrowRight", "ArrowLeft"] {
+                page.press(key);
+                if page.texts("[live.link()]")[0] != before[0] {
+                    break;
+                }
+            }
+            let after = page.texts("[live.link(), tests.later(live.player.pace)]");
+            wrong.extend(unless(before[0] != after[0], format!("{id} changes nothing")));
+            if id.starts_with('p') {
+                parameters += 1;
+                moved += usize::from(before[1] != after[1]);
+            }
+        }
+        wrong.extend(unless(parameters == 0 || moved > 0, "no parameter changes the motion"));
+        let follows = page.becomes("location.hash === '#' + live.link()");
+        wrong.extend(unless(follows, "the address does not follow"));
+        wrong
+    });
+}
+
+/// A fresh tab at the address of a page has its state and its motion, bit for bit.
+#[test]
+fn addresses_keep_the_last_digit() {
+    visit(live_files(), STILL, |browser, _, page| {
+        // Numbers of all digits: a point that was moved by keys.
+        page.evaluate("tests.of('picture').focus()");
+        for key in ["ArrowRight", "ArrowUp"] {
+            page.press(key);
+        }
+        let slider = page.texts("tests.sliders()").into_iter().find(|id| id.starts_with('p'));
+        if let Some(id) = slider {
+            page.evaluate(&format!("tests.of('{id}').focus()"));
+            page.press("ArrowRight");
+        }
+        if !page.becomes("location.hash === '#' + live.link()") {
+            return vec!["the address does not follow".to_owned()];
+        }
+        let address = page.texts("[location.href]").remove(0);
+        let fresh = Page::open(browser, &address, STILL);
+        let mut wrong = fresh.complaints();
+        // Paces are measured, and may differ.
+        let later = format!("tests.later({})", page.number("live.player.pace"));
+        for what in ["tests.state()", &later] {
+            let (old, new) = (page.evaluate(what), fresh.evaluate(what));
+            wrong.extend(unless(old == new, format!("{what} is {old}, and by its address {new}")));
+        }
+        wrong
+    });
+}
+
+/// WCAG 2.2, 1.4.3, in both schemes, with everything to be seen that can be.
+#[test]
+fn texts_have_contrast() {
+    for dark in [false, true] {
+        visit(files(), Opening { dark, ..STILL }, |_, _, page| {
+            page.evaluate("tests.showAll()");
+            page.draws();
+            let mut wrong = page.texts("[...tests.faint(), ...tests.faintOnCanvas()]");
+            page.evaluate("tests.lightUp()");
+            page.draws();
+            wrong.extend(page.texts("tests.faint()").into_iter().map(|text| format!("lit up {text}")));
+            wrong.into_iter().map(|text| format!("{}: {text}", if dark { "dark" } else { "light" })).collect()
+        });
+    }
+}
+
+/// Ten seconds at the tolerance 1e-8: energies change by the work of forces alone, but for errors of steps
+/// that add up; constraints hold.
+#[test]
+fn energy_and_constraints_hold() {
+    visit(live_files(), STILL, |_, file, page| {
+        let errors = page.evaluate("tests.errors()");
+        eprintln!("{}: {errors}", file.name);
+        let small = |what: &str, most: f64| errors[what].as_f64().is_some_and(|x| x <= most);
+        let wrong = [
+            unless(small("drift", 1e-5), "energy drifts"),
+            unless(small("residual", 1e-9), "constraints do not hold"),
+        ];
+        wrong.into_iter().flatten().map(|text| format!("{text}: {errors}")).collect()
+    });
+}
+
+/// Copies go to the clipboard, and where it is closed into a box whose text is selected.
+#[test]
+fn copies_need_no_clipboard() {
+    visit(live_files().take(1), STILL, |_, _, page| {
+        let mut wrong = Vec::new();
+        let link = "location.href.split('#')[0] + '#' + live.link()";
+        for (setting, done, copied) in [
+            (
+                "granted",
+                "tests.of('toast').textContent.startsWith('Link copied')",
+                "navigator.clipboard.readText()",
+            ),
+            ("denied", "tests.of('by-hand').open", "String(getSelection())"),
+        ] {
+            for name in ["clipboard-write", "clipboard-read"] {
+                let permission = json!({ "name": name, "allowWithoutSanitization": true });
+                page.call("Browser.setPermission", json!({ "permission": permission, "setting": setting }));
+            }
+            page.evaluate("tests.of('share').click()");
+            wrong.extend(unless(page.becomes(done), format!("{setting}: no {done}")));
+            let copied = page.evaluate(copied);
+            wrong.extend(unless(copied == page.evaluate(link), format!("{setting}: copied {copied}")));
+        }
+        wrong
+    });
+}
+
+/// No process is left behind, also where a test fails.
+#[test]
+fn browsers_end_with_their_tests() {
+    let group = OnceLock::new();
+    let failed = catch_unwind(AssertUnwindSafe(|| {
+        let browser = Chromium::start()?;
+        group.set(browser.group()).unwrap();
+        Some(browser.tab().evaluate("undefined.member"))
+    }));
+    let Some(group) = group.get() else { return };
+    assert!(failed.is_err());
+    assert!(!kill("-0", group), "processes of the group {group} are left");
+}

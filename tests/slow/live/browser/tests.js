@@ -1,0 +1,221 @@
+// What tests ask of a page. `live` is the page's hook for them.
+const tests = {
+  of: (id) => document.getElementById(id),
+  // The next frames, one after another.
+  frames: async (count) => { while (count-- > 0) await new Promise(requestAnimationFrame); },
+  // Whether a condition becomes true within half a minute.
+  async becomes(condition) {
+    for (const end = performance.now() + 30000; performance.now() < end;) {
+      if (condition()) return true;
+      await tests.frames(1);
+    }
+    return false;
+  },
+
+  // ---- controls
+
+  // What a keyboard has to reach, in the order of the document.
+  controls() {
+    const all = document.querySelectorAll("a[href], button, input, select, textarea, summary, [tabindex]");
+    const reachable = (control) => control.checkVisibility() && !control.disabled && control.tabIndex >= 0;
+    return Array.from(all).filter(reachable);
+  },
+  // A control in words.
+  words(control) {
+    const name = control.id || control.getAttribute("aria-label") || control.textContent;
+    return `${control.localName} ${name.trim().slice(0, 60)}`;
+  },
+  // Opens everything that unfolds.
+  unfold() { for (const details of document.querySelectorAll("details")) details.open = true; },
+  // Whether something else lies over a control, or it is out of sight.
+  covered(control) {
+    const { left, right, top, bottom } = control.getBoundingClientRect();
+    // What is larger than the window is seen in part.
+    const x = (Math.max(left, 0) + Math.min(right, innerWidth)) / 2;
+    const y = (Math.max(top, 0) + Math.min(bottom, innerHeight)) / 2;
+    const seen = document.elementFromPoint(x, y);
+    return !(seen && (control.contains(seen) || seen.contains(control)));
+  },
+  // Begins to take note of what has the focus; the number of controls.
+  track() {
+    tests.unfold();
+    Object.assign(tests, { all: tests.controls(), met: new Set(), hidden: [] });
+    return tests.all.length;
+  },
+  // Whether all controls had the focus by now.
+  meets() {
+    const { activeElement: at } = document, { all, met, hidden } = tests;
+    met.add(at);
+    if (all.includes(at) && tests.covered(at)) hidden.push(at);
+    return all.every((control) => met.has(control));
+  },
+  missed: () => tests.all.filter((control) => !tests.met.has(control)),
+  // What stands out of the window sideways.
+  beside() {
+    const wide = document.documentElement.clientWidth, { scrollWidth } = document.documentElement;
+    if (scrollWidth <= wide && document.body.scrollWidth <= wide) return [];
+    const out = Array.from(document.body.querySelectorAll("*"))
+      .filter((element) => element.checkVisibility() && element.getBoundingClientRect().right > wide + 0.5);
+    return [`${scrollWidth} px of ${wide} px`, ...out.map(tests.words)];
+  },
+
+  // ---- contrast
+
+  // Red, green, blue from 0 to 255, and the opacity, of a computed color.
+  channels(color) {
+    const numbers = color.match(/-?[\d.]+(e-?\d+)?/g).map(Number);
+    const [r, g, b, alpha = 1] = numbers;
+    return color.startsWith("color(") ? [255 * r, 255 * g, 255 * b, alpha] : [r, g, b, alpha];
+  },
+  over([r, g, b, alpha], ground) {
+    return [r, g, b].map((x, i) => alpha * x + (1 - alpha) * ground[i]);
+  },
+  // The ground on which an element stands.
+  ground(element) {
+    if (!element) return matchMedia("(prefers-color-scheme: dark)").matches ? [0, 0, 0] : [255, 255, 255];
+    const color = tests.channels(getComputedStyle(element).backgroundColor);
+    return color[3] === 1 ? color.slice(0, 3) : tests.over(color, tests.ground(element.parentElement));
+  },
+  // Relative luminance and contrast, after WCAG 2.2.
+  luminance(color) {
+    const linear = (x) => (x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4);
+    const [r, g, b] = color.map((x) => linear(x / 255));
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  },
+  contrast(a, b) {
+    const [dark, bright] = [a, b].map(tests.luminance).sort((x, y) => x - y);
+    return (bright + 0.05) / (dark + 0.05);
+  },
+  opacity(element) {
+    return element ? Number(getComputedStyle(element).opacity) * tests.opacity(element.parentElement) : 1;
+  },
+  // Shows what is seen at times only.
+  showAll() {
+    tests.unfold();
+    const style = document.createElement("style");
+    style.textContent = "* { transition: none !important; }";
+    document.head.append(style);
+    for (const refusal of document.querySelectorAll(".refusal")) refusal.textContent = "refused";
+    if (!window.live) return;
+    tests.of("toast").textContent = "done";
+    tests.of("toast").classList.add("on");
+    tests.of("drift").classList.add("bad");
+    tests.of("by-hand").showModal();
+  },
+  // Sliders and symbols as they are under a finger.
+  lightUp() { for (const part of document.querySelectorAll(".slider, [data-s]")) part.classList.add("hot"); },
+  // Texts of less contrast than 4.5.
+  faint() {
+    const found = new Set(), walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+    while (walker.nextNode()) {
+      const { parentElement: element, textContent } = walker.currentNode, opacity = tests.opacity(element);
+      if (!textContent.trim() || !element.checkVisibility() || opacity < 0.05) continue;
+      if (element.closest("script, style, noscript, option, canvas")) continue;
+      const ground = tests.ground(element);
+      const [r, g, b, alpha] = tests.channels(getComputedStyle(element).color);
+      const ratio = tests.contrast(tests.over([r, g, b, alpha * opacity], ground), ground);
+      const words = `${tests.words(element)} “${textContent.trim().slice(0, 30)}”`;
+      if (ratio < 4.5) found.add(`${words}: ${ratio.toFixed(2)}`);
+    }
+    return [...found];
+  },
+  // The same of what is written on canvases: labels of axes, and words of pictures.
+  faintOnCanvas() {
+    if (!window.live) return [];
+    const probe = document.body.appendChild(document.createElement("p"));
+    const color = (name) => {
+      probe.style.color = `var(--${name})`;
+      return tests.channels(getComputedStyle(probe).color).slice(0, 3);
+    };
+    const ratio = ([text, ground]) => tests.contrast(color(text), color(ground));
+    const found = [["quiet", "panel"], ["ink", "panel"]].filter((pair) => ratio(pair) < 4.5);
+    probe.remove();
+    return found.map((pair) => pair.join(" on "));
+  },
+
+  // ---- the motion
+
+  // Everything that an address keeps, to the last digit.
+  state() {
+    const { motion, start, w, method, accuracy } = live.player, { t, q, u, m } = start;
+    return JSON.stringify([t, ...[q, u, m, w, motion.p].map((list) => Array.from(list)), method, accuracy]);
+  },
+  // The state some time after the start, computed without a clock; or why there is none.
+  later(seconds) {
+    const { player } = live, { motion, start, method, accuracy } = player, { t, q, u, m } = start;
+    const end = t + seconds, refusal = motion.start(t, q, u, player.w, m);
+    let made = !refusal;
+    while (made && motion.t < end && motion.steps < 2000) made = motion.step(method, accuracy, end);
+    const state = JSON.stringify([motion.t, ...motion.q, ...motion.u]);
+    const reason = refusal ?? motion.reason ?? "";
+    player.begin(start);
+    return `${state} ${reason}`;
+  },
+  // Follows the motion for ten seconds of playing at the tolerance 1e-8, whatever method a page begins with:
+  // the largest drift of the energy account in parts of the energy, and the largest constraint residual.
+  errors() {
+    tests.choose("method", "dp5");
+    const { player } = live;
+    player.begin(player.start);
+    let state = "more", drift = 0, residual = 0;
+    while (state === "more" && player.last < 600) state = player.advance(Infinity);
+    for (const instant of player.instants) {
+      drift = Math.max(drift, Math.abs(instant.drift) / player.scale);
+      residual = Math.max(residual, instant.residual);
+    }
+    return { drift, residual, t: player.time(player.last), reason: player.reason ?? "" };
+  },
+  choose(id, value) {
+    const select = tests.of(id);
+    select.value = value;
+    select.dispatchEvent(new Event("change"));
+  },
+  sliders() {
+    return tests.controls().filter(({ type, id }) => type === "range" && id !== "scrub").map(({ id }) => id);
+  },
+
+  // ---- dragging
+
+  // The canvas's corner in the window.
+  corner() {
+    const { left, top } = tests.of("picture").getBoundingClientRect();
+    return [left, top];
+  },
+  inWindow(point) {
+    const corner = tests.corner();
+    return live.picture.onCanvas(point).map((x, axis) => x + corner[axis]);
+  },
+  isInPicture([x, y]) {
+    const { left, right, top, bottom } = tests.of("picture").getBoundingClientRect();
+    return x > left && x < right && y > top && y < bottom;
+  },
+  // A point to be dragged, where it is, and where else it can be: a place that it meets on its way within two
+  // seconds of playing, some 80 px away. Null where no point can move at the time of the start.
+  dragged() {
+    const { player, picture } = live, { system } = player.motion;
+    let state = "more", best = null;
+    while (state === "more" && player.last < 120) state = player.advance(Infinity);
+    const { t } = player.start, half = (y) => [y.subarray(0, y.length / 2), y.subarray(y.length / 2)];
+    // A drive holds other places at other times.
+    const reachable = (y) => (system.value("residual", t, ...half(y)) ?? []).every((x) => Math.abs(x) < 1e-6);
+    const instants = player.instants.map(({ y }) => Float64Array.from(y)).filter(reachable);
+    player.begin(player.start);
+    for (const handle of picture.handles()) {
+      const { dimension, first } = handle, from = tests.inWindow(handle.place()), corner = tests.corner();
+      const places = instants.map((y) => {
+        const all = system.value("points", t, ...half(y));
+        const [a, b, c] = all.slice(first, first + dimension);
+        return tests.inWindow(dimension === 3 ? [a, b, c] : picture.space ? [a, 0, b] : [a, b]);
+      });
+      const taken = picture.handleAt(from[0] - corner[0], from[1] - corner[1], false);
+      if (taken?.index !== handle.index) continue;
+      for (const to of places.filter(tests.isInPicture)) {
+        const way = Math.hypot(to[0] - from[0], to[1] - from[1]), off = Math.abs(way - 80);
+        if (way > 8 && !(best?.off < off)) best = { name: handle.name, from, to, way, off };
+      }
+    }
+    return best;
+  },
+  // Where the held point is seen.
+  heldAt: () => tests.inWindow(live.picture.held.handle.place()),
+};
