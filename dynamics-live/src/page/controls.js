@@ -116,7 +116,7 @@ function endsOf(value) {
 function makeSliders(into, items, most = 6) {
   const arrays = new Map();
   for (const item of items) {
-    const base = item.name.replace(/\[.*$/, "");
+    const base = item.name.replace(/\[[^\]]*\]/g, "");
     const key = base === item.name ? item.name : base + "[]";
     arrays.set(key, [...(arrays.get(key) ?? []), item]);
   }
@@ -136,7 +136,14 @@ function fold(into, title) {
   return details;
 }
 function makeArray(into, name, members, made) {
-  const [first] = members, symbol = /<mi[^>]*>.*?<\/mi>/.exec(first.symbol)?.[0] ?? first.symbol;
+  const [first] = members;
+  if (first.name.includes(",")) {
+    // Equal numbers make no matrix.
+    const elements = fold(into, `each of ${name}`);
+    for (const member of members) made.set(member, new Slider(elements, member));
+    return;
+  }
+  const symbol = /<mi[^>]*>.*?<\/mi>/.exec(first.symbol)?.[0] ?? first.symbol;
   const all = new Slider(into, {
     ...first, id: first.id + "-all", name, symbol,
     spoken: first.spoken?.replace(first.name, name),
