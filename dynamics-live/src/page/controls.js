@@ -82,12 +82,14 @@ class Slider {
       });
     }
   }
-  // Three digits, but the middle of a slider about 0 can be met.
+  // Three digits, but the middle of a slider about 0 can be met. What constraints decide is not what was chosen:
+  // `now()` tells it.
   choose(v) {
     const value = Math.abs(v) < 4e-3 * (this.hi - this.lo) && !this.log ? 0 : threeDigits(v);
-    const refusal = this.change(value);
-    this.refusal.textContent = refusal ?? "";
-    if (refusal) this.set(this.value); else this.set(value);
+    const before = this.now?.(), refusal = this.change(value), after = this.now?.();
+    const stays = !refusal && Math.abs(after - before) < 1e-3 * Math.abs(value - before);
+    this.refusal.textContent = refusal ?? (stays ? "held by the constraints" : "");
+    this.set(refusal ? this.value : after ?? value);
   }
   // Shows a value; the ends give way to one beyond them.
   set(v) {

@@ -207,7 +207,7 @@ fn a_dragged_point_follows() {
     }
 }
 
-/// Every slider changes its number in the address, and one of the parameters changes the motion.
+/// Every slider changes its number in the address, or says why not; one of the parameters changes the motion.
 #[test]
 fn sliders_change_motion_and_address() {
     visit(live_files(), STILL, |_, _, page| {
@@ -224,7 +224,11 @@ fn sliders_change_motion_and_address() {
                 }
             }
             let after = page.texts("[live.link(), tests.later(live.player.pace)]");
-            wrong.extend(unless(before[0] != after[0], format!("{id} changes nothing")));
+            let told = !page.texts(&format!("[tests.refusal('{id}')]"))[0].is_empty();
+            wrong.extend(unless(
+                before[0] != after[0] || told,
+                format!("{id} changes nothing, without a word"),
+            ));
             if id.starts_with('p') {
                 parameters += 1;
                 moved += usize::from(before[1] != after[1]);
