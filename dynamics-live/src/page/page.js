@@ -127,6 +127,7 @@ const look = !picture.program ? null : makeLook({
   refresh: () => { dirty = true; }, takes: takesPoint, letGo: () => letGo(),
 });
 picture.look = look;
+picture.numbered = !alone;
 function letGo(event) {
   if (picture.release(event)) { syncStart(); setPlaying(true); }
   dirty = true;

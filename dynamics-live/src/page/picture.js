@@ -95,6 +95,7 @@ class Picture {
     this.grip = 0;           // the handle that arrow keys move
     this.held = null;
     this.look = null;        // what the viewer chooses to see
+    this.numbered = true;    // whether the grid has numbers
     player.onRecord = (instant) => this.record(instant);
   }
 
@@ -218,7 +219,7 @@ class Picture {
     if (!this.held) this.look?.follow(() => this.followable(sample));
     painter.aim(this.fit(width, height), width, height);
     this.spacing = space ? painter.drawFloor(pen, this.middle, 1)
-      : painter.drawGrid(pen, width, height, this.middle, 1, MODEL.length_unit);
+      : painter.drawGrid(pen, width, height, this.middle, 1, this.numbered ? MODEL.length_unit ?? "" : null);
     this.drawTraces(pen, sample);
     painter.paint(pen, this.figures.flatMap(({ figure, words }, k) =>
       (sample[k] ? painter.piecesOf(figure, this.shift(figure, sample[k]), "blue", words) : [])));
