@@ -76,18 +76,25 @@ const literal = (v) => {
   const text = String(v).replace("e+", "e");
   return /[.e]|NaN|Infinity/.test(text) ? text : text + ".0";
 };
-// Values by field; the elements of an array, also of one of arrays, in brackets.
+// Values by field: arrays in brackets, `r[0][1]`; vectors, `r.x`, and matrices, `r[0, 1]`, by what turns into
+// them.
 function fieldsOf(items, values) {
   const fields = new Map();
   items.forEach(({ name }, i) => {
-    const [base, ...indices] = name.split(/\[|\]\[|\]/).filter((part) => part !== "");
-    if (!indices.length) { fields.set(base, literal(values[i])); return; }
+    const [base] = /^[^[.]*/.exec(name), path = name.slice(base.length).match(/\d+|[xyz]/g) ?? [];
+    if (!path.length) { fields.set(base, literal(values[i])); return; }
     if (!fields.has(base)) fields.set(base, []);
+    const turned = name.includes(".") ? path.length - 1 : name.includes(",") ? path.length - 2 : -1;
     let list = fields.get(base);
-    for (const index of indices.slice(0, -1)) list = list[index] ??= [];
-    list[indices[indices.length - 1]] = literal(values[i]);
+    path.forEach((part, depth) => {
+      const index = "xyz".includes(part) ? "xyz".indexOf(part) : Number(part);
+      if (depth === turned) list.turned = true;
+      if (depth === path.length - 1) list[index] = literal(values[i]);
+      else list = list[index] ??= [];
+    });
   });
-  const print = (value) => (Array.isArray(value) ? `[${value.map(print).join(", ")}]` : value);
+  const print = (value) => (Array.isArray(value)
+    ? `[${value.map(print).join(", ")}]${value.turned ? ".into()" : ""}` : value);
   return [...fields].map(([name, value]) => [name, print(value)]);
 }
 const RUST_METHODS = {

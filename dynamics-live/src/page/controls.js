@@ -82,12 +82,14 @@ class Slider {
       });
     }
   }
-  // Three digits, but the middle of a slider about 0 can be met.
+  // Three digits, but the middle of a slider about 0 can be met. What constraints decide is not what was chosen:
+  // `now()` tells it.
   choose(v) {
     const value = Math.abs(v) < 4e-3 * (this.hi - this.lo) && !this.log ? 0 : threeDigits(v);
-    const refusal = this.change(value);
-    this.refusal.textContent = refusal ?? "";
-    if (refusal) this.set(this.value); else this.set(value);
+    const before = this.now?.(), refusal = this.change(value), after = this.now?.();
+    const stays = !refusal && Math.abs(after - before) < 1e-3 * Math.abs(value - before);
+    this.refusal.textContent = refusal ?? (stays ? "held by the constraints" : "");
+    this.set(refusal ? this.value : after ?? value);
   }
   // Shows a value; the ends give way to one beyond them.
   set(v) {
@@ -116,7 +118,7 @@ function endsOf(value) {
 function makeSliders(into, items, most = 6) {
   const arrays = new Map();
   for (const item of items) {
-    const base = item.name.replace(/\[.*$/, "");
+    const base = item.name.replace(/\[[^\]]*\]/g, "");
     const key = base === item.name ? item.name : base + "[]";
     arrays.set(key, [...(arrays.get(key) ?? []), item]);
   }
@@ -136,7 +138,14 @@ function fold(into, title) {
   return details;
 }
 function makeArray(into, name, members, made) {
-  const [first] = members, symbol = /<mi[^>]*>.*?<\/mi>/.exec(first.symbol)?.[0] ?? first.symbol;
+  const [first] = members;
+  if (first.name.includes(",")) {
+    // Equal numbers make no matrix.
+    const elements = fold(into, `each of ${name}`);
+    for (const member of members) made.set(member, new Slider(elements, member));
+    return;
+  }
+  const symbol = /<mi[^>]*>.*?<\/mi>/.exec(first.symbol)?.[0] ?? first.symbol;
   const all = new Slider(into, {
     ...first, id: first.id + "-all", name, symbol,
     spoken: first.spoken?.replace(first.name, name),

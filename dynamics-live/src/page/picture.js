@@ -199,9 +199,12 @@ class Picture {
       };
       [left, right, down, up] = this.space.extent(corners);
     }
-    const across = width - 2 * edge - (words ? 60 : 0), upright = height - 2 * edge;
+    // In the plane the choice of what to follow stands above, and may not lie on a point.
+    const above = this.space ? edge : Math.max(edge, 50);
+    const across = width - 2 * edge - (words ? 60 : 0), upright = height - edge - above;
     const scale = Math.min(across / Math.max(right - left, 1e-300), upright / Math.max(up - down, 1e-300));
-    return { scale, x: width / 2 - scale * (left + right) / 2, y: height / 2 + scale * (up + down) / 2 };
+    const middle = (height + above - edge) / 2;
+    return { scale, x: width / 2 - scale * (left + right) / 2, y: middle + scale * (up + down) / 2 };
   }
 
   // ---- painting

@@ -3,9 +3,9 @@ const tests = {
   of: (id) => document.getElementById(id),
   // The next frames, one after another.
   frames: async (count) => { while (count-- > 0) await new Promise(requestAnimationFrame); },
-  // Whether a condition becomes true within half a minute.
+  // Whether a condition becomes true; busy machines need their time.
   async becomes(condition) {
-    for (const end = performance.now() + 30000; performance.now() < end;) {
+    for (const end = performance.now() + 100000; performance.now() < end;) {
       if (condition()) return true;
       await tests.frames(1);
     }
@@ -152,7 +152,8 @@ const tests = {
     return `${state} ${reason}`;
   },
   // Follows the motion for ten seconds of playing at the tolerance 1e-8, whatever method a page begins with:
-  // the largest drift of the energy account in parts of the energy, and the largest constraint residual.
+  // the largest drift of the energy account in parts of the energy, the steps in which it came together, and
+  // the largest constraint residual.
   errors() {
     tests.choose("method", "dp5");
     const { player } = live;
@@ -163,13 +164,16 @@ const tests = {
       drift = Math.max(drift, Math.abs(instant.drift) / player.scale);
       residual = Math.max(residual, instant.residual);
     }
-    return { drift, residual, t: player.time(player.last), reason: player.reason ?? "" };
+    const { steps } = player.motion;
+    return { drift, residual, steps, t: player.time(player.last), reason: player.reason ?? "" };
   },
   choose(id, value) {
     const select = tests.of(id);
     select.value = value;
     select.dispatchEvent(new Event("change"));
   },
+  // What a slider says of a value that it does not take.
+  refusal: (id) => tests.of(id).closest(".slider").querySelector(".refusal").textContent,
   sliders() {
     return tests.controls().filter(({ type, id }) => type === "range" && id !== "scrub").map(({ id }) => id);
   },
@@ -189,26 +193,40 @@ const tests = {
     const { left, right, top, bottom } = tests.of("picture").getBoundingClientRect();
     return x > left && x < right && y > top && y < bottom;
   },
-  // A point to be dragged, where it is, and where else it can be: a place that it meets on its way within two
-  // seconds of playing, some 80 px away. Null where no point can move at the time of the start.
-  dragged() {
-    const { player, picture } = live, { system } = player.motion;
-    let state = "more", best = null;
+  // States of the next two seconds of playing that are possible at the time of the start, too.
+  reachable() {
+    const { player } = live, { system } = player.motion, { t } = player.start;
+    let state = "more";
     while (state === "more" && player.last < 120) state = player.advance(Infinity);
-    const { t } = player.start, half = (y) => [y.subarray(0, y.length / 2), y.subarray(y.length / 2)];
-    // A drive holds other places at other times.
-    const reachable = (y) => (system.value("residual", t, ...half(y)) ?? []).every((x) => Math.abs(x) < 1e-6);
-    const instants = player.instants.map(({ y }) => Float64Array.from(y)).filter(reachable);
+    const states = player.instants.map(({ y }) => [y.slice(0, y.length / 2), y.slice(y.length / 2)]);
     player.begin(player.start);
+    // A drive holds other places at other times.
+    const residual = (state) => Array.from(system.value("residual", t, ...state) ?? []);
+    tests.states = states.filter((state) => residual(state).every((x) => Math.abs(x) < 1e-6));
+  },
+  // Waits until the view stands, but no longer than some seconds.
+  async settled() {
+    for (let still = 0, turn = 0, before = ""; still < 20 && turn < 300; turn++) {
+      await tests.frames(1);
+      const now = JSON.stringify(live.picture.painter.view);
+      still = now === before ? still + 1 : 0;
+      before = now;
+    }
+  },
+  // A point to be dragged, where it is, and where else it can be: a place of it in `states`, some 80 px away.
+  // Null where no point can move.
+  dragged() {
+    const { player, picture } = live, { system } = player.motion, corner = tests.corner();
+    let best = null;
     for (const handle of picture.handles()) {
-      const { dimension, first } = handle, from = tests.inWindow(handle.place()), corner = tests.corner();
-      const places = instants.map((y) => {
-        const all = system.value("points", t, ...half(y));
+      const { dimension, first } = handle, from = tests.inWindow(handle.place());
+      const taken = picture.handleAt(from[0] - corner[0], from[1] - corner[1], false);
+      if (taken?.index !== handle.index) continue;
+      const places = tests.states.map((state) => {
+        const all = system.value("points", player.start.t, ...state);
         const [a, b, c] = all.slice(first, first + dimension);
         return tests.inWindow(dimension === 3 ? [a, b, c] : picture.space ? [a, 0, b] : [a, b]);
       });
-      const taken = picture.handleAt(from[0] - corner[0], from[1] - corner[1], false);
-      if (taken?.index !== handle.index) continue;
       for (const to of places.filter(tests.isInPicture)) {
         const way = Math.hypot(to[0] - from[0], to[1] - from[1]), off = Math.abs(way - 80);
         if (way > 8 && !(best?.off < off)) best = { name: handle.name, from, to, way, off };
