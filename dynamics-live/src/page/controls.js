@@ -86,15 +86,18 @@ class Slider {
       });
     }
   }
-  // Takes a value from the slider. The middle of one about 0 can be met.
+  // Takes a value from the slider. The middle of one about 0 can be met. What constraints decide is not what
+  // was chosen: `now()` tells it.
   choose(v) {
     const { lo, hi, value: before } = this, isZero = lo < 0 && hi > 0 && Math.abs(v) < 4e-3 * (hi - lo);
-    const value = isZero ? 0 : rounded(v, lo, hi);
+    const value = isZero ? 0 : rounded(v, lo, hi), earlier = this.now?.();
     this.show(value);
     // What changes may set the slider to what came of it.
-    const refusal = this.change(value);
-    this.refusal.textContent = refusal ?? "";
+    const refusal = this.change(value), after = this.now?.();
+    const stays = !refusal && Math.abs(after - earlier) < 1e-3 * Math.abs(value - earlier);
+    this.refusal.textContent = refusal ?? (stays ? "held by the constraints" : "");
     if (refusal) this.show(before);
+    else if (after !== undefined) this.show(after);
   }
   // Takes a value from elsewhere; the ends give way to one beyond them, but not to its rounding.
   set(v) {
@@ -127,7 +130,7 @@ function endsOf(value) {
 function makeSliders(into, items, most = 6) {
   const arrays = new Map();
   for (const item of items) {
-    const base = item.name.replace(/\[.*$/, "");
+    const base = item.name.replace(/\[[^\]]*\]/g, "");
     const key = base === item.name ? item.name : base + "[]";
     arrays.set(key, [...(arrays.get(key) ?? []), item]);
   }
@@ -147,7 +150,14 @@ function fold(into, title) {
   return details;
 }
 function makeArray(into, name, members, made) {
-  const [first] = members, symbol = /<mi[^>]*>.*?<\/mi>/.exec(first.symbol)?.[0] ?? first.symbol;
+  const [first] = members;
+  if (first.name.includes(",")) {
+    // Equal numbers make no matrix.
+    const elements = fold(into, `each of ${name}`);
+    for (const member of members) made.set(member, new Slider(elements, member));
+    return;
+  }
+  const symbol = /<mi[^>]*>.*?<\/mi>/.exec(first.symbol)?.[0] ?? first.symbol;
   const all = new Slider(into, {
     ...first, id: first.id + "-all", name, symbol,
     spoken: first.spoken?.replace(first.name, name),

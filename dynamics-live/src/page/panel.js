@@ -47,7 +47,7 @@ function makeStart() {
       id: part + index, name, index, lo, hi, unit: whole ? unit : rateUnit(coordinate),
       spoken: whole ? undefined : `rate of ${name}`,
       symbol: whole ? coordinate.symbol : rateSymbol(coordinate.symbol),
-      change: (v) => change([index], v), changeAll: change,
+      change: (v) => change([index], v), changeAll: change, now: () => player.start[part][index],
     };
   };
   const positions = makeSliders($("positions"), MODEL.coordinates.map((c, i) => item("q", c, i)));

@@ -28,7 +28,10 @@ fn a_motion_ends_at_its_time() {
     engine.run::<()>("player.begin({ ...player.start, t: 13 }); undefined");
     assert_eq!(seen(&engine, "player.end"), "16");
     // A motion of half a second at a late time is slowed down.
-    assert_eq!(seen(&engine, "[chosenPace(1, 3), chosenPace(1, 0.5) < 0.1, chosenPace(1, Infinity)]"), "[1,true,1]");
+    assert_eq!(
+        seen(&engine, "[chosenPace(1, 3), chosenPace(1, 0.5) < 0.1, chosenPace(1, Infinity)]"),
+        "[1,true,1]"
+    );
 }
 
 /// Of events, those are kept that can be seen.
@@ -52,14 +55,20 @@ fn a_refused_start_stands() {
         player.stand(none, player.begin(none));",
     );
     assert!(engine.run::<String>("player.reason").contains("`theta` is NaN"));
-    assert_eq!(seen(&engine, "[player.advance(Infinity), player.head, player.show().length]"), "[\"ended\",0,2]");
+    assert_eq!(
+        seen(&engine, "[player.advance(Infinity), player.head, player.show().length]"),
+        "[\"ended\",0,2]"
+    );
     // Other parameters are no remedy, but another method can be chosen.
     let refused = engine.run::<String>("player.change('parameters', () => { player.motion.p[0] = 2; })");
     assert!(refused.contains("`theta` is NaN"), "{refused}");
     let method = "player.change('method', () => { player.method = 'rk4'; player.accuracy = 0.01; })";
     assert_eq!(seen(&engine, method), "null");
     assert_eq!(seen(&engine, "player.begin({ t, q: [0.5], u, m })"), "null");
-    assert_eq!(seen(&engine, "[player.refused, player.advance(Infinity), player.method]"), "[null,\"more\",\"rk4\"]");
+    assert_eq!(
+        seen(&engine, "[player.refused, player.advance(Infinity), player.method]"),
+        "[null,\"more\",\"rk4\"]"
+    );
 }
 
 /// A refused start changes no inputs.

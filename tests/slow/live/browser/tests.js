@@ -3,9 +3,9 @@ const tests = {
   of: (id) => document.getElementById(id),
   // The next frames, one after another.
   frames: async (count) => { while (count-- > 0) await new Promise(requestAnimationFrame); },
-  // Whether a condition becomes true within half a minute.
+  // Whether a condition becomes true; busy machines need their time.
   async becomes(condition) {
-    for (const end = performance.now() + 30000; performance.now() < end;) {
+    for (const end = performance.now() + 100000; performance.now() < end;) {
       if (condition()) return true;
       await tests.frames(1);
     }
@@ -174,6 +174,8 @@ const tests = {
     select.value = value;
     select.dispatchEvent(new Event("change"));
   },
+  // What a slider says of a value that it does not take.
+  refusal: (id) => tests.of(id).closest(".slider").querySelector(".refusal").textContent,
   // Whether constraints hold the number of a slider of the start, as their Jacobian says.
   isHeld(id) {
     const [, part, digits] = /^([qu])(\d+)/.exec(id) ?? [];
@@ -249,9 +251,10 @@ const tests = {
     const residual = (state) => Array.from(system.value("residual", t, ...state) ?? []);
     tests.states = states.filter((state) => residual(state).every((x) => Math.abs(x) < 1e-6));
   },
-  // Waits until the view stands.
+  // Waits until the view stands, but no longer than some seconds.
   async settled() {
-    for (let still = 0, before = ""; still < 20; await tests.frames(1)) {
+    for (let still = 0, turn = 0, before = ""; still < 20 && turn < 300; turn++) {
+      await tests.frames(1);
       const now = JSON.stringify(live.picture.painter.view);
       still = now === before ? still + 1 : 0;
       before = now;
