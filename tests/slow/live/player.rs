@@ -106,7 +106,7 @@ fn values_of_sliders_are_rounded_between_their_ends() {
         (1e-27, 1e-28, 1e-26, "1e-27"),
         (0.0, -1.0, 1.0, "0"),
     ] {
-        assert_eq!(seen(&engine, &format!("rounded({value:?}, {lo:?}, {hi:?})")), rounded);
+        assert_eq!(seen(&engine, &format!("roundedBetween({value:?}, {lo:?}, {hi:?})")), rounded);
     }
 }
 
