@@ -7,7 +7,7 @@ const element = (tag, className = "", text = "") => {
   return made;
 };
 // A value between two ends with digits for some hundred values between them, three at least.
-function rounded(v, lo, hi) {
+function roundedBetween(v, lo, hi) {
   const finer = Math.ceil(Math.log10(Math.abs(v) / (2 * (hi - lo)))), digits = clamp(3 + finer, 3, 15);
   return clamp(Number(v.toPrecision(digits)), lo, hi);
 }
@@ -90,7 +90,7 @@ class Slider {
   // was chosen: `now()` tells it.
   choose(v) {
     const { lo, hi, value: before } = this, isZero = lo < 0 && hi > 0 && Math.abs(v) < 4e-3 * (hi - lo);
-    const value = isZero ? 0 : rounded(v, lo, hi), earlier = this.now?.();
+    const value = isZero ? 0 : roundedBetween(v, lo, hi), earlier = this.now?.();
     this.show(value);
     // What changes may set the slider to what came of it.
     const refusal = this.change(value), after = this.now?.();

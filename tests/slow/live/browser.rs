@@ -227,9 +227,11 @@ fn sliders_change_motion_and_address() {
                 }
             }
             let after = page.texts("[live.link(), tests.later(live.player.pace)]");
-            let told = !page.texts(&format!("[tests.refusal('{id}')]"))[0].is_empty();
-            let free = before[0] != after[0] || told || page.is(&format!("tests.isHeld('{id}')"));
+            let told = page.texts(&format!("[tests.refusal('{id}')]")).remove(0);
+            let free = before[0] != after[0] || !told.is_empty();
             wrong.extend(unless(free, format!("{id} changes nothing, without a word")));
+            let held = !told.starts_with("held") || page.is(&format!("tests.isHeld('{id}')"));
+            wrong.extend(unless(held, format!("{id} is not {told}")));
             let stale = page.texts("tests.staleStarts()");
             wrong.extend(stale.into_iter().map(|other| format!("{other} is stale after {id}")));
             if id.starts_with('p') {
