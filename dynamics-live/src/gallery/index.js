@@ -6,8 +6,8 @@ let stopped = false;
 function isLoaded({ contentWindow }) {
   try { return contentWindow.location.href !== "about:blank"; } catch { return true; }
 }
-// Another fragment loads no page again. It takes the place of the last one, so that the browser's way back leads
-// out of this page.
+// Another fragment loads no page again. It takes the place of the last one, so that the browser's way back
+// leads out of this page.
 function tell(frame) {
   const address = frame.src.split("#")[0] + "#~only=picture" + (stopped ? "&~still=1" : "");
   if (isLoaded(frame)) frame.contentWindow.location.replace(address);

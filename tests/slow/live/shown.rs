@@ -20,11 +20,11 @@ pub(crate) fn pages() -> Vec<(&'static str, String)> {
 
 /// An index with two pictures.
 pub(crate) fn gallery() -> Gallery {
-    let tube = Tube { m: 0.2, hub: 1.5 };
-    let ball = BouncingBall { g: 10.0 };
-    let ball = ball.live(ball.state().y(5.0).build().unwrap()).contact("ground", 0.5).finish().unwrap();
-    let tube = tube.live(tube.state().build().unwrap()).finish().unwrap();
-    Gallery::new("Two pictures").chapter("Straight on").page("ball", ball).page("tube", tube)
+    let pendulum = Pendulum { m: 0.7, l: 1.3, g: 9.81, c: 0.2 };
+    let double = DoublePendulum { m1: 1.1, m2: 1.3, l1: 1.0, l2: 0.8, g: 9.81 };
+    let one = pendulum.live(pendulum.state().theta(1.0).build().unwrap()).finish().unwrap();
+    let two = double.live(double.state().theta1(1.0).build().unwrap()).finish().unwrap();
+    Gallery::new("Pendulums").chapter("With bobs").page("one", one).page("two", two)
 }
 
 /// Minimal coordinates: a damper, several starts, arrays, a spline, an input, a drive, space.
