@@ -220,7 +220,7 @@ const probe = {
     let fine = this.begun || this.begin();
     while (fine && this.next <= end && performance.now() < deadline) {
       while (fine && shadow.t < this.next && performance.now() < deadline) {
-        fine = shadow.step(method, accuracy, Infinity);
+        fine = shadow.step(method, accuracy, end);
       }
       if (!fine || shadow.t < this.next) break;
       if (this.next < shadow.t) shadow.at(this.next, y);

@@ -228,10 +228,12 @@ class Player {
       this.reason = `the motion was to be followed for ${number(this.end - this.start.t)} s`;
       return "ended";
     }
+    // Without errors, as in free flight, steps would grow without end; events are found to parts of a step.
+    const end = Math.min(this.end, t + 10 * this.pace);
     while (motion.t < t) {
       this.begun = this.here();
       const before = motion.events[motion.events.length - 1];
-      if (!motion.step(this.method, this.accuracy, this.end)) {
+      if (!motion.step(this.method, this.accuracy, end)) {
         this.reason = motion.reason || "the motion cannot go on";
         return "ended";
       }
