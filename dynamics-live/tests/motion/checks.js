@@ -55,6 +55,27 @@ const CHECKS = {
     expect(f(-1, 0) === -1 && f(-1, 1) === 2 && f(4, 1) === 62 && f(4, 2) === 0, "outside");
     expect(Number.isNaN(piecewise({ knots: [0, 1], coefficients: [[1]] })(2, 0)), "no data outside");
   },
+  a_periodic_function_has_no_gap_at_its_seam() {
+    const f = piecewise({
+      knots: [0.1, 0.2, 0.4],
+      coefficients: [
+        [1, 2, 0, 4],
+        [2, 3, -40, 60],
+      ],
+      outside: "periodic",
+    });
+    // Inside the domain nothing is wrapped: the last knot belongs to the last piece.
+    expect(f(0.4, 0) === polynomial([2, 3, -40, 60], 0.4 - 0.2, 0), "last knot");
+    for (let turn = -2000; turn <= 2000; turn++) {
+      for (const by of [-2e-16, -1e-16, 0, 1e-16, 2e-16]) {
+        const x = 0.1 + turn * (0.4 - 0.1) + by * Math.max(1, Math.abs(turn)),
+          [lower, upper] = f.piece(x);
+        expect(Number.isFinite(f(x, 0)) && Number.isFinite(f(x, 3)), `at ${x}`);
+        expect(upper - lower > 0.09 && upper - lower < 0.21, `piece at ${x}: ${lower} ${upper}`);
+      }
+    }
+    expect(Number.isNaN(f(Infinity, 0)), "infinity");
+  },
   methods_have_their_orders() {
     const orders = { euler: 1, explicit_euler: 1, heun: 2, midpoint: 2, rk4: 4 };
     for (const [method, order] of Object.entries(orders)) {
