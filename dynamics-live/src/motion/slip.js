@@ -7,6 +7,8 @@
 const PROBED_PARTS = [0.25, 0.5, 0.75, 1];
 /** Bisections of the part of a step in which a slip reverses. */
 const REVERSAL_BISECTIONS = 48;
+/** Times that a step is made to end at a reversal: secants gain more than two digits each. */
+const END_CORRECTIONS = 4;
 
 Object.assign(FAILURES, {
   slips_back: ({ row, side, slip, at, sticks }) =>
@@ -79,11 +81,28 @@ class SlipDirections {
       if (found !== null && (first === null || found.theta < first.theta)) first = found;
     }
     if (first === null) return true;
-    const from = motion.t0,
-      to = from + first.theta * (motion.t - from);
-    motion.undo();
-    if (to !== from && !motion.repeat(to)) return false;
-    return motion.system.fail({ kind: "slips_back", ...first });
+    return this.end_at(first) && motion.system.fail({ kind: "slips_back", ...first });
+  }
+
+  /** Makes the step again to end at a reversal, which the end of a method shows better than its interpolant. */
+  end_at({ row, theta, rate }) {
+    const { motion } = this,
+      from = motion.t0;
+    let to = from + theta * (motion.t - from),
+      slope = rate,
+      last = null;
+    for (let turn = 0; turn < END_CORRECTIONS; turn++) {
+      motion.undo();
+      if (to === from) return true;
+      if (!motion.repeat(to)) return false;
+      const slip = motion.system.value("velocity_residual", to, motion.q, motion.u)[row];
+      if (last !== null && last.to !== to) slope = (slip - last.slip) / (to - last.to);
+      last = { to, slip };
+      const better = to - slip / slope;
+      if (better === to || !((better - from) * (to - from) > 0)) break;
+      to = better;
+    }
+    return true;
   }
 
   /** Where the slip of a row reverses in the step just made; null where it does not. */
@@ -125,6 +144,6 @@ class SlipDirections {
       // It sticks if, released to the other side, it would be driven back to this one.
       sticks = side * (rate + change) > 0;
     }
-    return { row, side, slip: found.slip, at: found.t, theta: low, sticks };
+    return { row, side, slip: found.slip, at: found.t, theta: low, rate, sticks };
   }
 }
