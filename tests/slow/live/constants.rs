@@ -18,7 +18,8 @@ macro_rules! copied_from {
 
 /// The value of a constant in a source: numbers and `f64::EPSILON`, multiplied and divided.
 fn value(source: &str, name: &str) -> f64 {
-    let line = source.lines().find_map(|line| line.split_once(&format!("const {name}: ")).map(|found| found.1));
+    let line =
+        source.lines().find_map(|line| line.split_once(&format!("const {name}: ")).map(|found| found.1));
     let (_, value) = line.unwrap_or_else(|| panic!("no constant {name}")).split_once('=').unwrap();
     let number = |text: &str| match text.trim() {
         "f64::EPSILON" => f64::EPSILON,

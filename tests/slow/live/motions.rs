@@ -155,7 +155,7 @@ impl Press {
     }
     #[holonomic(switched)]
     fn plate(&self, q: &Coordinates<Self>) -> Expr {
-        self.height - self.speed * q.t() - q.y
+        self.height - self.speed * q.t - q.y
     }
 }
 
