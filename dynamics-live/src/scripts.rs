@@ -56,8 +56,8 @@ const PAGE: [&str; 8] = [
 
 /// What is seen, as one script.
 pub(crate) fn page_script(in_space: bool) -> String {
-    let eye = if in_space { scripts::SPACE } else { "" };
-    joined(&[&scripts::SHARED[..], &[scripts::PLANE, eye], &PAGE].concat())
+    let sight = if in_space { scripts::SPACE } else { scripts::PLANE };
+    joined(&[&scripts::SHARED[..], &[sight], &PAGE].concat())
 }
 
 /// The style without comments and indentation.

@@ -11,6 +11,7 @@ mod engine;
 #[path = "../snapshots/models.rs"]
 mod models;
 mod motions;
+mod player;
 mod rust;
 #[cfg(unix)]
 mod shown;
