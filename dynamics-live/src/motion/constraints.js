@@ -130,8 +130,8 @@ class Constraints {
   }
 
   /**
-   * The size of what a row involves, of coordinates or velocities `values`: of each the model's own size and the
-   * largest value of the same unit together. As `size_along` in `dynamics-runtime/src/constrain/assemble.rs`.
+   * The size of what a row involves, of coordinates or velocities `values`: of each the model's own size and
+   * the largest value of the same unit together. As `size_along` in `dynamics-runtime/src/constrain/assemble.rs`.
    */
   size_along(t, q, u, row, values) {
     const { system } = this,

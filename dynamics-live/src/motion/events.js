@@ -18,8 +18,8 @@ const MOST_EVENTS_KEPT = 10000;
 /** Times in a row that actions may happen at one instant. */
 const MAX_ACTIONS_AT_ONE_INSTANT = 16;
 /**
- * Largest value in a step of a unilateral constraint that others hold at zero. Above it a function that does not
- * leave zero regularly moves.
+ * Largest value in a step of a unilateral constraint that others hold at zero. Above it a function that does
+ * not leave zero regularly moves.
  */
 const AT_REST_VALUE = 1e-11;
 /** Values up to this part of the largest one in the step are zero at a state that an action left. */
@@ -39,7 +39,8 @@ Object.assign(FAILURES, {
 function remedy_for_repetition(contact) {
   return contact === undefined
     ? `it neither sticks nor slips: let it break away at no less than the friction with which it slips`
-    : `give \`.contact("${contact}", ..)\` a larger \`rest_speed\`, below which it closes instead of rebounding`;
+    : `give \`.contact("${contact}", ..)\` a larger \`rest_speed\`, below which it closes instead of ` +
+        `rebounding`;
 }
 
 class EventLocator {
@@ -202,7 +203,7 @@ class EventLocator {
     return true;
   }
 
-  /** Tells the events of the step, and applies the actions at its end. False where the motion cannot go on. */
+  /** Tells the events of the step, and applies the actions at its end. False where the motion ends. */
   act_at_end() {
     const { passive, acting } = this.found;
     for (const { index, t, direction } of passive) this.record(index, t, direction, "event");

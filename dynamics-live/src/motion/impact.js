@@ -49,7 +49,8 @@ function impact(constraints, t, q, u, hits) {
         size = max_abs(rates) + max_abs(before);
       const wrong = hits.findIndex(
         ({ side, row }, i) =>
-          side !== 0 && (open.has(i) ? side * rates[row] < -CLOSING_ROUNDING * size : side * impulses[row] < 0),
+          side !== 0 &&
+          (open.has(i) ? side * rates[row] < -CLOSING_ROUNDING * size : side * impulses[row] < 0),
       );
       if (wrong >= 0) {
         if (!open.delete(wrong)) open.add(wrong);

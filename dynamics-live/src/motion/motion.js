@@ -140,8 +140,8 @@ class Motion extends Stepper {
   }
 
   /**
-   * Puts a state onto the constraints; false where that or its accelerations fail, and where an open contact is
-   * on the wrong side.
+   * Puts a state onto the constraints; false where that or its accelerations fail, and where an open contact
+   * is on the wrong side.
    */
   place(t, q, u) {
     const { system, n, r } = this;

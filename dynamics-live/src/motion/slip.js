@@ -1,5 +1,5 @@
-// Slip directions: released constraints of the velocities have a side, the sign of their slip A q̇ + b, by which
-// friction brakes. After an action the side follows the slip. Where the slip reverses within a step and no
+// Slip directions: released constraints of the velocities have a side, the sign of their slip A q̇ + b, by
+// which friction brakes. After an action the side follows the slip. Where the slip reverses within a step and no
 // rule of sticking decides, friction would drive the motion, which ends there. As
 // `dynamics-runtime/src/simulate/events/slip_direction.rs` and `run/monitors/slip_reversal.rs`.
 
@@ -19,8 +19,8 @@ Object.assign(FAILURES, {
         `its slip is zero`
       : `constraint \`${row}\` is released to the side of ${side < 0 ? "falling" : "growing"} values and ` +
         `begins to slip to the other (${scientific(slip)} at t = ${rounded(at)}), where its friction would ` +
-        `drive it; let it stick and break away with \`.stick_slip("${row}", ..)\`, or engage it by an event ` +
-        `where its slip is zero, or release it with \`release_to("${row}", ${-side})\` where it slips that ` +
+        `drive it; let it stick and break away with \`.stick_slip("${row}", ..)\`, or engage it by an ` +
+        `event where its slip is zero, or release it with \`release_to("${row}", ${-side})\` where it slips that ` +
         `way`,
 });
 
@@ -84,7 +84,7 @@ class SlipDirections {
     return this.end_at(first) && motion.system.fail({ kind: "slips_back", ...first });
   }
 
-  /** Makes the step again to end at a reversal, which the end of a method shows better than its interpolant. */
+  /** Makes the step again to end at a reversal: the end of a method is more exact than its interpolant. */
   end_at({ row, theta, rate }) {
     const { motion } = this,
       from = motion.t0;

@@ -1,5 +1,5 @@
-// How unilateral constraints switch: contacts lift off, rebound and close, sticking breaks away and takes hold
-// again. As `dynamics-runtime/src/simulate/events/unilateral.rs`, `action.rs` there, and
+// How unilateral constraints switch: contacts lift off, rebound and close, sticking breaks away and takes
+// hold again. As `dynamics-runtime/src/simulate/events/unilateral.rs`, `action.rs` there, and
 // `simulate/stabilization/contacts.rs`.
 
 /** Rest speed of a contact, in parts of its fastest hit; the same where it is hit again before it opened. */
@@ -11,7 +11,7 @@ const TOUCHING_GAP = 1e-11;
 const AT_REST_RATE = 1e-10;
 /** Half the time, in parts of 1 + |t|, across which a function is compared to find a jump at an instant. */
 const JUMP_HALF_WIDTH = 1e-9;
-/** Change of accelerations by friction, in parts of 1 + |q̈|, below which the side of a slip does not matter. */
+/** Change of accelerations by friction, in parts of 1 + |q̈|, below which the side of a slip is the same. */
 const NEGLIGIBLE_FRICTION = 1e-9;
 
 Object.assign(FAILURES, {
@@ -102,7 +102,7 @@ class UnilateralRules {
     return Math.abs(after - before) > least && -last_side * after > least;
   }
 
-  /** The side to which sticking breaks away: against its reaction, `ahead` or here; null where none is known. */
+  /** The side to which sticking breaks away: against its reaction, `ahead` or here; null where it has none. */
   breakaway_side(one, ahead) {
     const { motion } = this,
       { t, q, u, l, slips } = motion,
@@ -170,7 +170,7 @@ class UnilateralRules {
     );
   }
 
-  /** An impact on a constraint and on all contacts that touch. `captures`: it holds then, pushed or pulled. */
+  /** An impact on a constraint and all contacts that touch. `captures`: it holds then, pushed or pulled. */
   strike(struck, captures) {
     const { system, m, t, q, u } = this.motion,
       touching = this.touching_contacts();

@@ -40,7 +40,8 @@ fn constants_are_those_of_rust() {
         "constrain/impact.rs": MAX_SIDE_CHANGES REST_TOLERANCE CLOSING_ROUNDING;
         "integrate/stepper.rs": OFF_CONSTRAINT_ERROR;
         "integrate/stepper/singularity_crossing.rs":
-            MAX_RETRIES RETRY_FACTOR UNUSUAL_DISAGREEMENT USUAL_CHANGE ROUNDING_DISAGREEMENT PREFERRED_CERTAINTY;
+            MAX_RETRIES RETRY_FACTOR UNUSUAL_DISAGREEMENT USUAL_CHANGE ROUNDING_DISAGREEMENT
+            PREFERRED_CERTAINTY;
         "simulate/events/action.rs": NEGLIGIBLE_FRICTION JUMP_HALF_WIDTH AT_REST_RATE;
         "simulate/events/location.rs": EVENT_ROUNDING AT_REST_VALUE AT_ZERO;
         "simulate/events/restart.rs": FIRST_THETA LAST_THETA;
