@@ -20,8 +20,8 @@ Object.assign(FAILURES, {
       : `constraint \`${row}\` is released to the side of ${side < 0 ? "falling" : "growing"} values and ` +
         `begins to slip to the other (${scientific(slip)} at t = ${rounded(at)}), where its friction would ` +
         `drive it; let it stick and break away with \`.stick_slip("${row}", ..)\`, or engage it by an ` +
-        `event where its slip is zero, or release it with \`release_to("${row}", ${-side})\` where it slips that ` +
-        `way`,
+        `event where its slip is zero, or release it with \`release_to("${row}", ${-side})\` where it slips ` +
+        `that way`,
 });
 
 class SlipDirections {
