@@ -189,7 +189,7 @@ pub mod __private {
     pub use dynamics_runtime::unconstrained;
     pub use dynamics_runtime::{Expr, SmoothFunction, math, sin_cos};
     #[cfg(feature = "alloc")]
-    pub use dynamics_runtime::{generated::Vec, smooth::Pieces};
+    pub use dynamics_runtime::generated::Vec;
     pub use nalgebra::{ArrayStorage, SMatrix, SVector};
 
     /// Keeps its items where the façade has the feature `alloc`.

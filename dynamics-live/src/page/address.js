@@ -105,7 +105,10 @@ function rustRules() {
   return [
     ...MODEL.contacts.map((contact) => `contact("${contact.name}", ${law(contact)})`),
     ...MODEL.stick_slip.map((rule) => `stick_slip("${rule.name}", "${event(rule.event)}")`),
-    ...MODEL.stops.map((index) => `stop_at("${event(index)}", dynamics::simulate::Direction::Any)`),
+    ...MODEL.stops.map(({ event: index, direction }) => {
+      const side = direction > 0 ? "Rising" : direction < 0 ? "Falling" : "Any";
+      return `stop_at("${event(index)}", dynamics::simulate::Direction::${side})`;
+    }),
   ];
 }
 function rust() {

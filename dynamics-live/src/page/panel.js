@@ -91,7 +91,10 @@ function fitStartSliders({ lo, hi }) {
 const ladders = () => METHODS[player.method].fixed
   ? [0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001].map((h) => Number((h * player.pace).toPrecision(3)))
   : [3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13].map((k) => Number("1e-" + k));
+// Of a method whose tolerance or step nobody has chosen.
+const usualAccuracy = (method) => METHODS[method].fixed ? Number((0.01 * player.pace).toPrecision(3)) : 1e-8;
 function setMethod(method, accuracy) {
+  accuracy ??= usualAccuracy(method);
   const refusal = player.change("method", () => { player.method = method; player.accuracy = accuracy; });
   if (refusal) toast(refusal);
   const list = ladders();
@@ -104,7 +107,7 @@ function setMethod(method, accuracy) {
 function makeMethods() {
   for (const [id, { name }] of Object.entries(METHODS)) $("method").append(new Option(name, id));
   $("method").addEventListener("change", ({ target: { value } }) =>
-    setMethod(value, METHODS[value].fixed ? Number((0.01 * player.pace).toPrecision(3)) : 1e-8));
+    setMethod(value, usualAccuracy(value)));
   $("accuracy").addEventListener("change", ({ target }) => setMethod(player.method, Number(target.value)));
   for (const id of compared) $("methods").append(key(METHODS[id].name, TINTS[id] ?? "teal"));
   $("precision").addEventListener("pointerdown", ({ offsetX, offsetY }) => {

@@ -87,8 +87,10 @@ class Player {
     shadow.p.set(this.motion.p);
     if (shadow.refresh() ?? shadow.start(t, q, u, this.w, m)) return;
     this.repeats = repeatingAngles(shadow);
-    const accuracy = METHODS[this.method].fixed ? this.accuracy : Math.max(this.accuracy, 1e-6);
-    this.pace = chosenPace(characteristicTime(shadow, this.method, accuracy, 40));
+    // A step that nobody has chosen is a part of the pace, and cannot tell it.
+    const method = this.accuracy === null ? "dp5" : this.method;
+    const accuracy = METHODS[method].fixed ? this.accuracy : Math.max(this.accuracy ?? 0, 1e-6);
+    this.pace = chosenPace(characteristicTime(shadow, method, accuracy, 40));
   }
 
   // `what`: "start", "parameters" or "method", after which nothing that was computed ahead holds.

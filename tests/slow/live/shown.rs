@@ -98,7 +98,7 @@ fn unusual() -> Vec<(&'static str, String)> {
         }),
         ("ball", {
             let start = ball.state().y(1.0).x_rate(20.0).y_rate(15.0).build().unwrap();
-            ball.live(start).plot(["speed"]).stop_at("ground").to_html().unwrap()
+            ball.live(start).plot(["speed"]).stop_at("ground", Direction::Falling).to_html().unwrap()
         }),
         ("tiny", {
             let title = "A <b>tiny</b> \"pendulum\" & its </script> 'bob' of 10⁻²⁷ kg";
