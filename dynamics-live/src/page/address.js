@@ -63,7 +63,7 @@ function recall(address = location.hash.slice(1)) {
 function recalled({ method, accuracy }) {
   parameterSliders.forEach((slider, i) => slider?.set(player.motion.p[i]));
   inputSliders.forEach((slider, i) => slider?.set(player.w[i]));
-  setMethod(method, accuracy ?? player.usualAccuracy(method));
+  setMethod(method, accuracy);
 }
 
 // ---- copies
@@ -130,8 +130,8 @@ function rustRules() {
   return [
     ...MODEL.contacts.map((contact) => `contact("${contact.name}", ${law(contact)})`),
     ...MODEL.stick_slip.map((rule) => `stick_slip("${rule.name}", "${event(rule.event)}")`),
-    ...MODEL.stops.map((stop) => {
-      const { event: index = stop, direction = 0 } = stop, way = ["Falling", "Any", "Rising"][direction + 1];
+    ...MODEL.stops.map(({ event: index, direction }) => {
+      const way = ["Falling", "Any", "Rising"][direction + 1];
       return `stop_at("${event(index)}", dynamics::simulate::Direction::${way})`;
     }),
   ];
@@ -146,7 +146,7 @@ function rust() {
     ...fieldsOf(MODEL.coordinates, u).map(([name, value]) => [name + "_rate", value]),
     ...fieldsOf(MODEL.inputs, player.w), ...(t ? [["at_time", literal(t)]] : []),
   ].map(([name, value]) => `.${identifier(name)}(${value})`);
-  MODEL.rows.forEach(({ name, constraint = name, switched }, row) => {
+  MODEL.rows.forEach(({ constraint, switched }, row) => {
     const first = MODEL.rows.findIndex((other) => other.switched === switched) === row;
     if (!Number.isInteger(switched) || !first || m[switched] === 0) return;
     set.push(m[switched] > 0 ? `.release("${constraint}")` : `.release_to("${constraint}", -1.0)`);

@@ -108,7 +108,7 @@ function setMethod(method, accuracy) {
 function makeMethods() {
   for (const [id, { name }] of Object.entries(METHODS)) $("method").append(new Option(name, id));
   $("method").addEventListener("change", ({ target: { value } }) =>
-    setMethod(value, player.usualAccuracy(value)));
+    setMethod(value, null));
   $("accuracy").addEventListener("change", ({ target }) => setMethod(player.method, Number(target.value)));
   for (const id of compared) $("methods").append(key(METHODS[id].name, TINTS[id] ?? "teal"));
   $("precision").addEventListener("pointerdown", ({ offsetX, offsetY }) => {
