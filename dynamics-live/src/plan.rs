@@ -53,7 +53,7 @@ pub(crate) fn plan<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<
     let events = listed(M::EVENTS);
     let switched = || M::CONSTRAINTS.iter().filter(|constraint| constraint.switched.is_some());
     let names: Vec<String> = switched().map(|constraint| constraint.name.to_owned()).collect();
-    let constraint = |name: &String| {
+    let constraint = |name: &String| -> Result<&'static Constraint, LiveError> {
         let known = index("switched constraint", name, &names)?;
         Ok(switched().nth(known).expect("the names are those of the switched constraints"))
     };
