@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The course, the gallery of live pages and the documentation of the library as one folder, target/site. Its
-# index.html can be opened from disk, and the folder can be served as it is. Needs mdbook for the course; says
-# how to get it where it is missing. `--quick` leaves out the documentation of the library.
+# index.html can be opened from disk, and the folder can be served as it is. The course needs mdbook; without it
+# the script says how to get it, and leaves the course out. `--quick` leaves out the documentation of the library.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export CARGO_TERM_COLOR=never CARGO_INCREMENTAL=0
@@ -10,25 +10,27 @@ site=target/site
 quick=false
 [ "${1:-}" = --quick ] && quick=true
 
-if ! mdbook --version >/dev/null 2>&1; then
-    echo "the course needs mdbook: cargo install --locked mdbook" >&2
-    exit 1
-fi
-
 rm -rf "$site"
 mkdir -p "$site"
 cargo run --release --example gallery
 cp -r target/gallery "$site/gallery"
-mdbook build docs/book --dest-dir "$PWD/$site/book"
 
 # A live page that the course shows has to be there.
 for page in $(grep -oh 'gallery/[a-z_]*\.html' docs/book/src/*.md | sort -u); do
     [ -f "$site/$page" ] || { echo "the course shows $page, which the gallery does not write" >&2; exit 1; }
 done
 
-api=""
+book="" api=""
+if mdbook --version >/dev/null 2>&1; then
+    mdbook build docs/book --dest-dir "$PWD/$site/book"
+    book='<li><a href="book/index.html">The course</a>: ten pages, each with a model, its equations, and a live page.</li>'
+else
+    echo "left out: the course needs mdbook: cargo install --locked mdbook" >&2
+fi
 if ! $quick; then
-    cargo doc -p dynamics --no-deps
+    # The root re-exports the others, and links to their pages.
+    crates=(dynamics dynamics-{analysis,families,live,macros,runtime,view,vocabulary})
+    cargo doc --no-deps "${crates[@]/#/--package=}"
     cp -r "$target/doc" "$site/api"
     api='<li><a href="api/dynamics/index.html">The library</a>: every type and function.</li>'
 fi
@@ -47,7 +49,7 @@ li { margin: .6rem 0; }
 <p>A mechanical system, written as energies and constraints in Rust, becomes equations while it is compiled, and
 then moves.</p>
 <ul>
-<li><a href="book/index.html">The course</a>: ten pages, each with a model, its equations and a live page.</li>
+$book
 <li><a href="gallery/index.html">The gallery</a>: simulations that compute in your browser.</li>
 $api
 </ul>

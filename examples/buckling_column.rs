@@ -17,7 +17,7 @@ use dynamics::prelude::*;
 use dynamics::simulate::Direction;
 
 /// A column on a hinge, held by a level spring at its head and slightly out of the upright. Raise the load:
-/// at 70 N it suddenly falls. Now take the spring at the hinge instead, 100 N m against a level one of 0: it
+/// at 86 N it suddenly falls. Now take the spring at the hinge instead, 100 N m against a level one of 0: it
 /// only bends.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(theta: rad)]

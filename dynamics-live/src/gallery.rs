@@ -143,16 +143,13 @@ impl Entry {
     }
 }
 
-/// Up to the first full stop that ends a sentence: one with a capital letter behind white space. The lines of
-/// the text are joined.
+/// Up to the first full stop that ends a sentence: one before a capital letter. Lines of comments are joined.
 fn first_sentence(text: &str) -> String {
-    let ends = |behind: &str| {
-        let next = behind.trim_start();
-        next.len() < behind.len() && next.starts_with(char::is_uppercase)
-    };
-    let end = text.match_indices('.').find(|(at, _)| ends(&text[at + 1..]));
-    let sentence = end.map_or(text, |(at, _)| &text[..=at]);
-    sentence.split_whitespace().collect::<Vec<_>>().join(" ")
+    let mut text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let mut stops = text.match_indices(". ");
+    let end = stops.find(|(at, _)| text[at + 2..].chars().next().is_some_and(char::is_uppercase));
+    text.truncate(end.map_or(text.len(), |(at, _)| at + 1));
+    text
 }
 
 #[cfg(test)]
@@ -166,7 +163,7 @@ mod tests {
 
     #[test]
     fn a_sentence_ends_before_a_capital_letter() {
-        assert_eq!(first_sentence("Swings at approx. two hertz. Drag it."), "Swings at approx. two hertz.");
+        assert_eq!(first_sentence("Swings at approx.\ntwo hertz.\nDrag it."), "Swings at approx. two hertz.");
         assert_eq!(first_sentence("One bob"), "One bob");
         assert_eq!(first_sentence("Two bobs on\ntwo rods.\nDrag one."), "Two bobs on two rods.");
         assert_eq!(first_sentence("Rods of 0.5 m. Bobs."), "Rods of 0.5 m.");
@@ -178,7 +175,7 @@ mod tests {
         let index = gallery.index();
         assert!(index.contains("a &lt; b") && index.contains("&quot;c&quot;"));
         assert!(index.contains("e &amp; f") && index.contains("g &gt; h.") && !index.contains("I."));
-        assert!(index.contains("src=\"d.html#only=picture\"") && !index.contains("{{"));
+        assert!(index.contains("src=\"d.html#~only=picture\"") && !index.contains("{{"));
     }
 
     #[test]

@@ -135,45 +135,58 @@ function polynomial(c, d, order) {
   return sum;
 }
 
+/** x moved by whole periods into the domain of a periodic function, with the roundings of `CubicSpline`. */
+function wrapped_into([first, last], x) {
+  const past = (x - first) % (last - first),
+    inside = past < 0 ? last + past : first + past;
+  return inside < first ? first : inside > last ? last : inside;
+}
+
 /**
  * A smooth function of the model, (x, order) => derivative of that order, from its pieces.
  *
  * Piece i stands in powers of x − knots[i]. Beyond the first and the last knot the function is continued as
- * `outside` says: `linear`, `periodic`, or not at all, which is NaN.
+ * `outside` says: `linear`, `periodic`, or not at all, which is NaN. As `dynamics-vocabulary/src/spline.rs`.
  */
 function piecewise({ knots, coefficients, outside }) {
-  const last = knots.length - 1,
-    period = knots[last] - knots[0];
-  const derivative = (x, order) => {
-    if (outside === "periodic") x -= period * Math.floor((x - knots[0]) / period);
-    if (x < knots[0] || x > knots[last]) {
-      if (outside !== "linear") return NaN;
-      const edge = x < knots[0] ? 0 : last,
-        piece = Math.min(edge, last - 1),
-        d = knots[edge] - knots[piece];
-      const slope = polynomial(coefficients[piece], d, 1);
-      if (order > 1) return 0;
-      return order === 1 ? slope : polynomial(coefficients[piece], d, 0) + slope * (x - knots[edge]);
-    }
-    if (!(x >= knots[0])) return NaN;
+  const pieces = knots.length - 1,
+    domain = [knots[0], knots[pieces]],
+    [first, last] = domain;
+  // The piece of x in the domain, the one on the right at an inner knot.
+  const piece_of = (x) => {
     let low = 0,
-      high = last;
+      high = pieces;
     while (high - low > 1) {
       const middle = (low + high) >> 1;
       if (x >= knots[middle]) low = middle;
       else high = middle;
     }
-    return polynomial(coefficients[low], x - knots[low], order);
+    return low;
+  };
+  const inside = (x, order) => {
+    const piece = piece_of(x);
+    return polynomial(coefficients[piece], x - knots[piece], order);
+  };
+  const derivative = (x, order) => {
+    if (first <= x && x <= last) return inside(x, order);
+    if (!Number.isFinite(x)) return NaN;
+    if (outside === "periodic") return inside(wrapped_into(domain, x), order);
+    if (outside !== "linear") return NaN;
+    if (order > 1) return 0;
+    const end = x < first ? first : last,
+      slope = inside(end, 1);
+    return order === 1 ? slope : inside(end, 0) + slope * (x - end);
   };
   // The interval around x in which all derivatives are continuous.
   derivative.piece = (x) => {
-    const turns = outside === "periodic" ? period * Math.floor((x - knots[0]) / period) : 0,
-      at = x - turns;
-    const next = knots.findIndex((knot) => knot > at);
-    const lower = next === 0 ? -Infinity : knots[next < 0 ? last : next - 1];
-    return [lower + turns, (next < 0 ? Infinity : knots[next]) + turns];
+    const at = outside === "periodic" ? wrapped_into(domain, x) : x;
+    if (at < first) return [-Infinity, first];
+    if (at > last) return [last, Infinity];
+    if (Number.isNaN(at)) return [-Infinity, Infinity];
+    const piece = piece_of(at);
+    return [knots[piece] + (x - at), knots[piece + 1] + (x - at)];
   };
-  derivative.domain = [knots[0], knots[last]];
+  derivative.domain = domain;
   return derivative;
 }
 

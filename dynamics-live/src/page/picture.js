@@ -80,7 +80,7 @@ class Picture {
     this.canvas = canvas;
     this.player = player;
     // The eye of recorded pages.
-    const eye = MODEL.eye ?? [-60, 25].map((degrees) => degrees * Math.PI / 180);
+    const eye = [-60, 25].map((degrees) => degrees * Math.PI / 180);
     this.space = MODEL.space ? makeSpace({ half: [1, 1, 1], eye }) : null;
     this.sight = this.space ?? makePlane();
     this.painter = makePaint(this.sight);
@@ -101,6 +101,7 @@ class Picture {
     this.grip = 0;           // the handle that arrow keys move
     this.held = null;
     this.look = null;        // what the viewer chooses to see
+    this.numbered = true;    // whether the grid has numbers
     player.onRecord = (instant) => this.record(instant);
   }
 
@@ -204,9 +205,12 @@ class Picture {
       };
       [left, right, down, up] = this.space.extent(corners);
     }
-    const across = width - 2 * edge - (words ? 60 : 0), upright = height - 2 * edge;
+    // In the plane the choice of what to follow stands above, and may not lie on a point.
+    const above = this.space ? edge : Math.max(edge, 50);
+    const across = width - 2 * edge - (words ? 60 : 0), upright = height - edge - above;
     const scale = Math.min(across / Math.max(right - left, 1e-300), upright / Math.max(up - down, 1e-300));
-    return { scale, x: width / 2 - scale * (left + right) / 2, y: height / 2 + scale * (up + down) / 2 };
+    const middle = (height + above - edge) / 2;
+    return { scale, x: width / 2 - scale * (left + right) / 2, y: middle + scale * (up + down) / 2 };
   }
 
   // ---- painting
@@ -221,7 +225,7 @@ class Picture {
     if (!this.held) this.look?.follow(() => this.followable(sample));
     painter.aim(this.fit(width, height), width, height);
     this.spacing = space ? painter.drawFloor(pen, this.middle, 1)
-      : painter.drawGrid(pen, width, height, this.middle, 1, MODEL.length_unit);
+      : painter.drawGrid(pen, width, height, this.middle, 1, this.numbered ? MODEL.length_unit ?? "" : null);
     this.drawTraces(pen, sample);
     painter.paint(pen, this.figures.flatMap(({ figure, words }, k) =>
       (sample[k] ? painter.piecesOf(figure, this.shift(figure, sample[k]), "blue", words) : [])));
@@ -300,6 +304,7 @@ class Picture {
   }
   // The handle under a finger, or null.
   handleAt(x, y, fingers) {
+    if (this.player.refused) return null;
     let best = fingers ? 46 : 30, found = null;
     for (const handle of this.handles()) {
       const [px, py] = this.onCanvas(handle.place()), distance = Math.hypot(px - x, py - y);
@@ -316,15 +321,16 @@ class Picture {
   }
   // Moves the handle as near to a place as the model can have it; the text of a refusal, or null.
   pull(handle, target) {
-    const { motion, start } = this.player;
+    const { motion } = this.player;
     motion.drag(handle.index, this.ofModel(handle, target));
-    return this.player.begin({ t: start.t, q: motion.q, u: motion.u, m: motion.m });
+    return this.player.begin(motion);
   }
   // A place or a velocity in the numbers that a point has in the model.
   ofModel({ dimension }, [x, y, z]) { return dimension === 3 ? [x, y, z] : [x, this.space ? z : y]; }
-  // Takes hold: the model rests at the instant that is shown, which is its new start.
+  // Takes hold: the model rests at the instant that is shown, which is its new start. It keeps the time, at
+  // which a driven model is where it is seen.
   hold() {
-    const { player } = this, y = player.show(), { t } = player.start, { m } = player.shown, free = m.slice();
+    const { player } = this, y = player.show(), t = player.time(), { m } = player.shown, free = m.slice();
     for (const { row } of MODEL.contacts ?? []) free[MODEL.rows[row].switched] = 1;
     // What lies on something can be lifted.
     const begin = (modes) => player.begin({ t, q: y.slice(0, N), u: new Float64Array(N), m: modes });
@@ -368,13 +374,13 @@ class Picture {
       motion.throw_point(held.handle.index, this.ofModel(held.handle, velocity));
     }
     this.forget();
-    player.begin({ t: player.start.t, q: motion.q, u: motion.u, m: motion.m });
+    player.begin(motion);
     return true;
   }
   // Moves the chosen handle by a part of the view, to the right and up as it is seen.
   nudge(right, up) {
     const handle = this.handles()[this.grip];
-    if (!handle) return null;
+    if (!handle || this.player.refused) return null;
     const place = handle.place(), [x, y] = this.onCanvas(place), { canvas } = this;
     const by = 0.02 * Math.min(canvas.clientWidth, canvas.clientHeight);
     this.hold();

@@ -65,8 +65,8 @@ function makeGestures(canvas, sight, { refresh, whole, takes = () => false, letG
   return { get dragged() { return dragged; } };
 }
 
-// The picture's choices: `names` are points that can stay in its middle, `refresh` draws it again, `takes` and
-// `letGo` are those of gestures.
+// The picture's choices: `names` are points that can stay in its middle, `refresh` draws it again; `takes`
+// and `letGo` are those of gestures.
 function makeLook({ canvas, sight, names, refresh, ...hands }) {
   const follow = $("follow"), button = $("whole");
   let found = null;

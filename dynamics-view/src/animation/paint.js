@@ -99,7 +99,8 @@ const makePaint = (sight) => {
   };
 
   // Lines of a grid of the plane with their coordinates, and their spacing, in the model's lengths. `middle`:
-  // what is in the middle of the view; `quantum`: lengths to a part of the view; `of`: the unit of lengths.
+  // what is in the middle of the view; `quantum`: lengths to a part of the view; `of`: the unit of lengths,
+  // null for lines without numbers.
   function drawGrid(pen, width, height, middle, quantum, of = "") {
     const unit = view.scale / quantum;   // pixels per length of the model
     const spacing = roundStep(64 / unit);
@@ -119,7 +120,7 @@ const makePaint = (sight) => {
     for (const y of upright.map(Y)) { pen.moveTo(0, y); pen.lineTo(width, y); }
     pen.stroke();
     // Small pictures have no room for numbers.
-    if (Math.min(width, height) >= 220) {
+    if (of !== null && Math.min(width, height) >= 220) {
       labelGrid(pen, { across, upright, X, Y, width, height, spacing, of });
     }
     return spacing;

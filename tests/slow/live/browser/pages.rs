@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use std::sync::OnceLock;
-use std::{env, fs, process};
+use std::{env, fs};
 
 /// A file that a browser opens.
 pub(crate) struct File {
@@ -28,7 +28,7 @@ impl File {
 pub(crate) fn files() -> &'static [File] {
     static FILES: OnceLock<Vec<File>> = OnceLock::new();
     FILES.get_or_init(|| {
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("live-pages-{}", process::id()));
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("live-pages");
         let mut files: Vec<File> = crate::shown::pages()
             .into_iter()
             .map(|(name, html)| {
@@ -38,6 +38,7 @@ pub(crate) fn files() -> &'static [File] {
                 File::of(&path)
             })
             .collect();
+        files.push(File::of(&crate::shown::gallery().write(folder.join("gallery")).unwrap()));
         if let Some(gallery) = env::var_os("DYNAMICS_GALLERY") {
             files.extend(gallery_of(Path::new(&gallery)));
         }

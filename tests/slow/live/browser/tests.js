@@ -3,9 +3,9 @@ const tests = {
   of: (id) => document.getElementById(id),
   // The next frames, one after another.
   frames: async (count) => { while (count-- > 0) await new Promise(requestAnimationFrame); },
-  // Whether a condition becomes true within half a minute.
+  // Whether a condition becomes true; busy machines need their time.
   async becomes(condition) {
-    for (const end = performance.now() + 30000; performance.now() < end;) {
+    for (const end = performance.now() + 100000; performance.now() < end;) {
       if (condition()) return true;
       await tests.frames(1);
     }
@@ -152,7 +152,8 @@ const tests = {
     return `${state} ${reason}`;
   },
   // Follows the motion for ten seconds of playing at the tolerance 1e-8, whatever method a page begins with:
-  // the largest drift of the energy account in parts of the energy, and the largest constraint residual.
+  // the largest drift of the energy account in parts of the energy, the steps in which it came together, and
+  // the largest constraint residual.
   errors() {
     tests.choose("method", "dp5");
     const { player } = live;
@@ -163,12 +164,57 @@ const tests = {
       drift = Math.max(drift, Math.abs(instant.drift) / player.scale);
       residual = Math.max(residual, instant.residual);
     }
-    return { drift, residual, t: player.time(player.last), reason: player.reason ?? "" };
+    const { steps } = player.motion, reason = player.reason ?? "";
+    // Ten seconds of playing, or an end that was asked for.
+    const followed = player.last === 600 || /ends at event|was to be followed/.test(reason);
+    return { drift, residual, steps, followed, t: player.time(player.last), reason };
   },
   choose(id, value) {
     const select = tests.of(id);
     select.value = value;
     select.dispatchEvent(new Event("change"));
+  },
+  // What a slider says of a value that it does not take.
+  refusal: (id) => tests.of(id).closest(".slider").querySelector(".refusal").textContent,
+  // Whether constraints hold the number of a slider of the start, as their Jacobian says.
+  isHeld(id) {
+    const [, part, digits] = /^([qu])(\d+)/.exec(id) ?? [];
+    if (!part) return false;
+    const { motion: { system }, start: { t, q, u } } = live.player, n = q.length;
+    const jacobian = system.value("jacobian", t, q, u), basis = [];
+    const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
+    // What is left of a vector beside the rows before.
+    const beside = (vector) => basis.reduce((v, b) => {
+      const along = dot(v, b);
+      return v.map((x, i) => x - along * b[i]);
+    }, vector);
+    for (let row = 0; row < (part === "q" ? system.holonomic : system.r); row++) {
+      const vector = Array.from(jacobian.slice(row * n, (row + 1) * n)), rest = beside(beside(vector));
+      const length = Math.sqrt(dot(rest, rest));
+      if (system.holds(row) && length > 1e-7 * Math.sqrt(dot(vector, vector))) {
+        basis.push(rest.map((x) => x / length));
+      }
+    }
+    const unit = Array.from(q, (x, i) => (i === Number(digits) ? 1 : 0)), rest = beside(beside(unit));
+    return dot(rest, rest) < 1e-12;
+  },
+  // Sliders of the start that show another number than that of the start.
+  staleStarts() {
+    const { q, u } = live.player.start, read = (text) => Number(text.replace("−", "-").split(" ")[0]);
+    return [["q", q], ["u", u]].flatMap(([part, values]) => Array.from(values).flatMap((value, i) => {
+      const shown = read(tests.of(part + i).getAttribute("aria-valuetext"));
+      const stale = Math.abs(shown - value) > 0.006 * Math.abs(value) + 1e-12;
+      return stale ? [`${part}${i} (${shown} instead of ${value})`] : [];
+    }));
+  },
+  // Links that nobody should send.
+  strangeLinks() {
+    const all = [...new URLSearchParams(live.link()).keys()].filter((key) => !key.startsWith("~"));
+    const every = (value) => new URLSearchParams(all.map((key) => [key, value])).toString();
+    return [
+      every("-1"), every("0"), every("1e300"), every("x") + "&~modes=7,7,7&%ZZ=%&&=",
+      "~method=toString&~accuracy=1e300&~t=1e9", "~method=dp5&~accuracy=1e-300",
+    ];
   },
   sliders() {
     return tests.controls().filter(({ type, id }) => type === "range" && id !== "scrub").map(({ id }) => id);
@@ -189,26 +235,44 @@ const tests = {
     const { left, right, top, bottom } = tests.of("picture").getBoundingClientRect();
     return x > left && x < right && y > top && y < bottom;
   },
-  // A point to be dragged, where it is, and where else it can be: a place that it meets on its way within two
-  // seconds of playing, some 80 px away. Null where no point can move at the time of the start.
-  dragged() {
-    const { player, picture } = live, { system } = player.motion;
-    let state = "more", best = null;
+  // Shows the middle of the next two seconds of playing, and finds those of their states that are possible at
+  // its time, too.
+  reachable() {
+    const { player } = live, { system } = player.motion;
+    let state = "more";
     while (state === "more" && player.last < 120) state = player.advance(Infinity);
-    const { t } = player.start, half = (y) => [y.subarray(0, y.length / 2), y.subarray(y.length / 2)];
+    const states = player.instants.map(({ y }) => [y.slice(0, y.length / 2), y.slice(y.length / 2)]);
+    const scrub = tests.of("scrub");
+    scrub.value = scrub.max / 2;
+    scrub.dispatchEvent(new Event("input"));
     // A drive holds other places at other times.
-    const reachable = (y) => (system.value("residual", t, ...half(y)) ?? []).every((x) => Math.abs(x) < 1e-6);
-    const instants = player.instants.map(({ y }) => Float64Array.from(y)).filter(reachable);
-    player.begin(player.start);
+    const t = player.time();
+    const residual = (state) => Array.from(system.value("residual", t, ...state) ?? []);
+    tests.states = states.filter((state) => residual(state).every((x) => Math.abs(x) < 1e-6));
+  },
+  // Waits until the view stands, but no longer than some seconds.
+  async settled() {
+    for (let still = 0, turn = 0, before = ""; still < 20 && turn < 300; turn++) {
+      await tests.frames(1);
+      const now = JSON.stringify(live.picture.painter.view);
+      still = now === before ? still + 1 : 0;
+      before = now;
+    }
+  },
+  // A point to be dragged, where it is, and where else it can be: a place of it in `states`, some 80 px away.
+  // Null where no point can move.
+  dragged() {
+    const { player, picture } = live, { system } = player.motion, corner = tests.corner();
+    let best = null;
     for (const handle of picture.handles()) {
-      const { dimension, first } = handle, from = tests.inWindow(handle.place()), corner = tests.corner();
-      const places = instants.map((y) => {
-        const all = system.value("points", t, ...half(y));
+      const { dimension, first } = handle, from = tests.inWindow(handle.place());
+      const taken = picture.handleAt(from[0] - corner[0], from[1] - corner[1], false);
+      if (taken?.index !== handle.index) continue;
+      const places = tests.states.map((state) => {
+        const all = system.value("points", player.time(), ...state);
         const [a, b, c] = all.slice(first, first + dimension);
         return tests.inWindow(dimension === 3 ? [a, b, c] : picture.space ? [a, 0, b] : [a, b]);
       });
-      const taken = picture.handleAt(from[0] - corner[0], from[1] - corner[1], false);
-      if (taken?.index !== handle.index) continue;
       for (const to of places.filter(tests.isInPicture)) {
         const way = Math.hypot(to[0] - from[0], to[1] - from[1]), off = Math.abs(way - 80);
         if (way > 8 && !(best?.off < off)) best = { name: handle.name, from, to, way, off };
