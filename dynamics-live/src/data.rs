@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use dynamics_runtime::model::{
-    AssumptionKind, ConservedKind, Constraint, ModelState, Portable, Quantity, SimulationModel, UnitDimension,
-    Vector, names,
+    AssumptionKind, ConservedKind, Constraint, ModelState, Portable, Quantity, SimulationModel,
+    UnitDimension, Vector, names,
 };
 use dynamics_runtime::simulate::Direction;
 use dynamics_runtime::smooth::{Outside, Pieces};

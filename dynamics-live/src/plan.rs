@@ -140,7 +140,8 @@ fn fault(function: &dyn SmoothFunction, pieces: &Pieces) -> Option<String> {
         ];
         let known = function.derivatives(ends[0] + d);
         let order = (0..4).find(|&order| {
-            let (value, size) = (terms[order].iter().sum::<f64>(), terms[order].map(f64::abs).iter().sum::<f64>());
+            let (value, size) =
+                (terms[order].iter().sum::<f64>(), terms[order].map(f64::abs).iter().sum::<f64>());
             // Not a number is no agreement.
             let agree = (value - known[order]).abs() <= SAME_PIECE * size.max(known[order].abs());
             !agree
@@ -173,7 +174,8 @@ fn sliders<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<Vec<Slid
     for (i, slider) in sliders.iter().enumerate() {
         let name = quantities[i].name;
         let input = i.checked_sub(M::PARAMETERS.len());
-        let values = live.starts.iter().filter_map(|(_, start)| start.inputs().as_slice().get(input?).copied());
+        let values =
+            live.starts.iter().filter_map(|(_, start)| start.inputs().as_slice().get(input?).copied());
         for value in values {
             if value.is_infinite() {
                 return Err(LiveError::Input { name, value });
@@ -216,9 +218,7 @@ fn called(name: &str, quantities: &[&Quantity]) -> Result<Vec<usize>, LiveError>
 }
 
 /// Method and accuracy at the beginning.
-fn method<M: SimulationModel + Portable>(
-    live: &Live<'_, M>,
-) -> Result<(PageMethod, Option<f64>), LiveError> {
+fn method<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<(PageMethod, Option<f64>), LiveError> {
     let number = |option, value, admissible: bool, range| {
         if admissible { Ok(()) } else { Err(LiveError::Number { option, value, range }) }
     };

@@ -76,7 +76,11 @@ impl LogarithmicDecrement {
         // Parabolas through noise may meet at one height, or far from the samples that turn back.
         if let Some(swing) = swings.iter().copied().find(|swing| !(*swing > 0.0 && swing.is_finite())) {
             let must_be = "a positive number; give a larger least swing";
-            return Err(VibrationError::Value { what: "the swing from an extreme to the next", value: swing, must_be });
+            return Err(VibrationError::Value {
+                what: "the swing from an extreme to the next",
+                value: swing,
+                must_be,
+            });
         }
         let (slope, spread) = fitted_slope(&swings.iter().map(|swing| swing.ln()).collect::<Vec<_>>());
         let (decrement, decrement_spread) = (-2.0 * slope, 2.0 * spread);
@@ -86,7 +90,11 @@ impl LogarithmicDecrement {
         let half_period = fitted_slope(&times).0;
         if !(half_period > 0.0) {
             let must_be = "a positive number; give a larger least swing";
-            return Err(VibrationError::Value { what: "the time between extremes", value: half_period, must_be });
+            return Err(VibrationError::Value {
+                what: "the time between extremes",
+                value: half_period,
+                must_be,
+            });
         }
         let damped_frequency = PI / half_period;
         Ok(Self {

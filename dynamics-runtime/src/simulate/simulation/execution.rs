@@ -112,8 +112,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
     // Public for live pages alone, which bring methods of their own.
     #[doc(hidden)]
     pub fn check_beginning(mut self) -> Result<(), SimulationError<M>> {
-        let (formulation, unilaterals) =
-            self.check_declared().map_err(|error| self.refuse(error.into()))?;
+        let (formulation, unilaterals) = self.check_declared().map_err(|error| self.refuse(error.into()))?;
         let end = self.end.unwrap_or(f64::INFINITY);
         let mut workspace = self.make_start_consistent(formulation, &unilaterals, end)?;
         let constants = self.constants()?;
