@@ -39,7 +39,8 @@ fn a_motion_ends_at_its_time() {
 fn events_before_the_first_instant_are_dropped() {
     let ball = BouncingBall { g: 10.0 };
     let start = ball.state().y(1.0).release("ground").build().unwrap();
-    let engine = copy(&ball.live(start).contact("ground", 1.0), PLAY);
+    let page = ball.live(start).contact("ground", 1.0).method(methods::Rk4).step(0.01);
+    let engine = copy(&page, PLAY);
     let events = "[player.events.length > 20, player.first > 1000]";
     assert_eq!(seen(&engine, events), "[true,true]");
     assert_eq!(seen(&engine, "player.events.every(({ t }) => t >= player.instants[0].t)"), "true");
