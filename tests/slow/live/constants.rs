@@ -1,7 +1,6 @@
 //! Constants that pages and the library have in common are equal: those of pages are copied by hand.
 
 use dynamics::live::Live;
-use dynamics::prelude::*;
 
 use crate::double_pendulum::DoublePendulum;
 use crate::engine::Engine;
