@@ -24,6 +24,10 @@ const MAX_ACTIONS_AT_ONE_INSTANT = 16;
 const AT_REST_VALUE = 1e-11;
 /** Values up to this part of the largest one in the step are zero at a state that an action left. */
 const AT_ZERO = 1e-13;
+/** Deviation of a function from its secant half-way, in parts of its change, above which it jumps there. */
+const JUMP_DEVIATION = 0.35;
+/** Part of a step on both sides of a crossing over which its slope is measured. */
+const INTERPOLANT_ERROR = 1e-4;
 /** First part of a step at which a function is looked at that leaves zero; the last one. */
 const FIRST_THETA = 1 / 35184372088832,
   LAST_THETA = 0.125;
@@ -51,7 +55,12 @@ class EventLocator {
     const named = system.has("events") ? (model.events ?? []) : [],
       rows = model.rows ?? [];
     this.model_events = named.length;
-    this.stops = new Map((model.stops ?? []).map((stop) => [stop.event ?? stop, stop.direction ?? 0]));
+    /** The direction of each event at which the motion stops: 1, −1, or 0 for both. */
+    this.stops = new Map();
+    for (const stop of model.stops ?? []) {
+      const [event, direction] = [stop.event ?? stop, stop.direction ?? 0];
+      this.stops.set(event, (this.stops.get(event) ?? direction) === direction ? direction : 0);
+    }
     this.names = named.map(({ name }) => name);
     const unilateral =
       (kind) =>
@@ -301,9 +310,13 @@ class EventLocator {
       h = motion.t - from,
       values = new Float64Array(this.count);
     const g = (x) => this.evaluate_within(x, values)[index];
-    const near = Math.max(theta - 1e-4, 0),
-      far = Math.min(theta + 1e-4, 1);
-    let slope = (g(far) - g(near)) / (far - near),
+    const near = Math.max(theta - INTERPOLANT_ERROR, 0),
+      far = Math.min(theta + INTERPOLANT_ERROR, 1);
+    const [before, behind] = [g(near), g(far)],
+      off = Math.abs(g(0.5 * (near + far)) - 0.5 * (before + behind)),
+      // There a secant would lead away from the crossing.
+      jumps = off > JUMP_DEVIATION * Math.abs(behind - before);
+    let slope = (behind - before) / (far - near),
       best = null,
       last = null,
       current = 1;
@@ -322,7 +335,7 @@ class EventLocator {
       if (last !== null && theta !== last.theta) slope = (miss - last.miss) / (theta - last.theta);
       last = { theta, miss };
       const better = theta - miss / slope;
-      if (!(better > 0 && better <= 1) || Math.abs(better - theta) <= CROSSING_RESOLUTION) break;
+      if (jumps || !(better > 0 && better <= 1) || Math.abs(better - theta) <= CROSSING_RESOLUTION) break;
       theta = better;
     }
     if (current !== best.theta) {

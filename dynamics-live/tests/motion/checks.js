@@ -254,6 +254,42 @@ const CHECKS = {
       expect_near(motion.q[0], 1.3527 / 4, 1e-8, "rests");
     }
   },
+  a_slip_that_jumps_to_the_other_side_goes_on_slipping() {
+    const [programs, model] = MODELS.belt,
+      speed = (t) => (t < 1 ? 0.2 : -0.4);
+    const motion = new Motion(
+      {
+        ...programs,
+        velocity_residual: program(
+          1,
+          (p, k, f, t, q, u, w, m, a, l, out) => (out[0] = u[0] - speed(t)),
+        ),
+      },
+      model,
+    );
+    motion.p.set([0, 0, 0.1, 0.2]);
+    expect(motion.refresh() === null && motion.start(0, [0], [0], [], [-1]) === null, "starts");
+    expect(run(motion, "dp5", 1e-9, 1.5) === null, motion.reason);
+    expect(motion.events.map(({ what }) => what).join() === "slips", JSON.stringify(motion.events));
+    // The belt drives it to 0.1, and brakes it from there on.
+    expect_near(motion.events[0].t, 1, 1e-9, "jump");
+    expect_near(motion.u[0], 0.05, 1e-9, "speed");
+  },
+  stops_in_both_directions_stop_at_either() {
+    const stops = [-1, 1].map((direction) => ({ event: 0, direction }));
+    for (const [q, given] of [
+      [1, stops],
+      [-1, stops],
+      [1, [stops[0]]],
+    ]) {
+      const motion = started("oscillator", [q], [0], { stops: given });
+      expect(/ends at event `centre`/.test(run(motion, "dp5", 1e-9, 3)), motion.reason);
+      expect_near(motion.t, Math.PI / 2, 1e-8, "first crossing");
+    }
+    const rising = started("oscillator", [1], [0], { stops: [stops[1]] });
+    run(rising, "dp5", 1e-9, 6);
+    expect_near(rising.t, 1.5 * Math.PI, 1e-8, "second crossing");
+  },
   a_reversal_without_a_rule_ends_the_motion() {
     const motion = started("belt", [0], [0.5], { stick_slip: [] }, [1]),
       reason = run(motion, "dop853", 1e-9, 5);

@@ -1,7 +1,6 @@
 //! Constants that pages and the library have in common are equal: those of pages are copied by hand.
 
 use dynamics::live::Live;
-use dynamics::prelude::*;
 
 use crate::double_pendulum::DoublePendulum;
 use crate::engine::Engine;
@@ -50,6 +49,7 @@ fn constants_are_those_of_rust() {
             MAX_EVENTS_AT_ONE_INSTANT MIN_SUMMABLE_POWER MAX_ULPS_OF_ONE_INSTANT MIN_SHRINKING_INTERVALS
             ACCUMULATED_INTERVAL;
         "simulate/right_hand_side.rs": NEARLY_SINGULAR_CONDITION;
+        "simulate/run/event_steps.rs": JUMP_DEVIATION INTERPOLANT_ERROR;
         "simulate/stabilization/contacts.rs": TOUCHING_GAP REST_SPEED HIDDEN_HOP_REST_SPEED;
     };
     for (source, names) in files {
