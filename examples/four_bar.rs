@@ -14,8 +14,8 @@ use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 /// Hoecken's four-bar linkage: a point of its coupler runs along a straight line for half of the turn.
-/// Shorten the rocker c to 0.12 m: the shortest and the longest link are now longer than the other two
-/// (Grashof), and the motion stops in a singular position.
+/// Shorten the rocker c to 0.12 m and go back to the start: the shortest and the longest link are now longer
+/// than the other two (Grashof), and the motion stops in a singular position.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(crank: rad, coupler: rad, rocker: rad)]
 #[units(ground: m, a: m, b: m, c: m, beyond: m, inertia: kg * m^2, omega: rad / s)]
@@ -91,12 +91,10 @@ impl FourBar {
 /// The live page.
 pub(crate) fn live() -> common::Page {
     let bar = FourBar::new([0.2, 0.1, 0.25, 0.25]);
-    let start = |crank: f64| {
-        let state = bar.state().at_time(crank / bar.omega).crank_guess(crank);
-        state.coupler_guess(1.4).rocker_guess(1.8).assemble()
-    };
+    // It begins stretched out, a position that a shorter rocker has, too.
+    let start = bar.state().at_time(PI / bar.omega).crank_guess(PI).coupler_guess(0.93).rocker_guess(2.21);
     Ok(bar
-        .live(start(0.0)?)
+        .live(start.assemble()?)
         .title("Four-bar with a straight line and a singular position")
         .range("ground", 0.05, 0.4)
         .range("a", 0.05, 0.3)

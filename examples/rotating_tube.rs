@@ -82,12 +82,8 @@ fn main() -> common::Outcome {
     let tube = Tube { mass: 0.2, omega: 3.0 };
     let (r0, length) = (0.05, Tube::LENGTH);
     let start = tube.state().r(r0).build()?;
-    let motion = tube
-        .simulate(start)
-        .until(10.0)
-        .tolerance(1e-12)
-        .stop_at("mouth", Direction::Rising)
-        .run()?;
+    let motion =
+        tube.simulate(start).until(10.0).tolerance(1e-12).stop_at("mouth", Direction::Rising).run()?;
     println!("{}\n{}", Tube::REPORT, motion.summary());
 
     let leaves = motion.end_time();

@@ -138,9 +138,8 @@ fn hammer(
 /// The live page: displacements are a hundred times too large, which a linear model permits.
 pub(crate) fn live() -> common::Page {
     let tuned = Building::with(0.03);
-    let gust = |rates: [f64; STOREYS]| {
-        tuned.state().x_rate(rates).wind(0.0).ground(0.0).ground_rate(0.0).build()
-    };
+    let gust =
+        |rates: [f64; STOREYS]| tuned.state().x_rate(rates).wind(0.0).ground(0.0).ground_rate(0.0).build();
     let (spring, damper) = (tuned.spring, tuned.damper);
     Ok(tuned
         .live(gust([2.0, 4.0, 6.0, 7.0, 8.0])?)

@@ -137,18 +137,19 @@ impl Entry {
             &[
                 ("name", &self.name),
                 ("title", &xml(self.page.title())),
-                ("about", &xml(first_sentence(self.page.about()))),
+                ("about", &xml(&first_sentence(self.page.about()))),
             ],
         )
     }
 }
 
-/// Up to the first full stop that ends a sentence: one before a capital letter.
-fn first_sentence(text: &str) -> &str {
-    let end = text.match_indices(". ").find(|(at, _)| {
-        text[at + 2..].chars().next().is_some_and(char::is_uppercase)
-    });
-    end.map_or(text, |(at, _)| &text[..=at])
+/// Up to the first full stop that ends a sentence: one before a capital letter. Lines of comments are joined.
+fn first_sentence(text: &str) -> String {
+    let mut text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let mut stops = text.match_indices(". ");
+    let end = stops.find(|(at, _)| text[at + 2..].chars().next().is_some_and(char::is_uppercase));
+    text.truncate(end.map_or(text.len(), |(at, _)| at + 1));
+    text
 }
 
 #[cfg(test)]
@@ -162,8 +163,10 @@ mod tests {
 
     #[test]
     fn a_sentence_ends_before_a_capital_letter() {
-        assert_eq!(first_sentence("Swings at approx. two hertz. Drag it."), "Swings at approx. two hertz.");
+        assert_eq!(first_sentence("Swings at approx.\ntwo hertz.\nDrag it."), "Swings at approx. two hertz.");
         assert_eq!(first_sentence("One bob"), "One bob");
+        assert_eq!(first_sentence("Two bobs on\ntwo rods.\nDrag one."), "Two bobs on two rods.");
+        assert_eq!(first_sentence("Rods of 0.5 m. Bobs."), "Rods of 0.5 m.");
     }
 
     #[test]
@@ -172,7 +175,7 @@ mod tests {
         let index = gallery.index();
         assert!(index.contains("a &lt; b") && index.contains("&quot;c&quot;"));
         assert!(index.contains("e &amp; f") && index.contains("g &gt; h.") && !index.contains("I."));
-        assert!(index.contains("src=\"d.html#only=picture\"") && !index.contains("{{"));
+        assert!(index.contains("src=\"d.html#~only=picture\"") && !index.contains("{{"));
     }
 
     #[test]

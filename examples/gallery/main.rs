@@ -63,57 +63,78 @@ type Page = Result<LivePage, Box<dyn Error>>;
 
 /// The pages by the chapters of the book, with their names as files.
 const CHAPTERS: &[(&str, &[(&str, fn() -> Page)])] = &[
-    ("2 Particles and constraints", &[
-        ("projectile", projectile::live),
-        ("projectile_with_drag", particles::projectile_with_drag),
-        ("bead_on_wire", bead_on_wire::live),
-        ("rough_wire", particles::rough_wire),
-        ("roller_coaster", roller_coaster::live),
-        ("coaster_jump", coaster_jump::live),
-        ("spring_pendulum", spring_pendulum::live),
-        ("drift_and_projection", particles::drift_and_projection),
-        ("rod_tension", rod_tension::live),
-        ("rotating_tube", rotating_tube::live),
-    ]),
-    ("3 Systems of particles", &[
-        ("double_pendulum", double_pendulum::live),
-        ("chain", chain::live),
-        ("planets", planets::live),
-        ("charged_particle", charged_particle::live),
-    ]),
-    ("4 Kinematics", &[
-        ("slider_crank", slider_crank::live),
-        ("four_bar", four_bar::live),
-        ("quick_return", quick_return::live),
-        ("jansen", jansen::live),
-    ]),
-    ("5 Planar bodies", &[
-        ("planar_bodies", planar_bodies::live),
-        ("redundant_four_bar", planar::redundant_four_bar),
-        ("rolling_disc", planar::rolling_disc),
-        ("andrews", andrews::live),
-        ("chaplygin_sleigh", chaplygin_sleigh::live),
-    ]),
-    ("6 Stability and buckling", &[
-        ("hoop_pitchfork", hoop_pitchfork::live),
-        ("buckling_column", buckling_column::live),
-        ("shallow_arch", shallow_arch::live),
-        ("ziegler_flutter", ziegler_flutter::live),
-    ]),
-    ("7 Vibrations", &[
-        ("kapitza", kapitza::live),
-        ("stick_slip", stick_slip::live),
-        ("tuned_absorber", tuned_absorber::live),
-    ]),
-    ("8 Bodies in space", &[
-        ("gyroscope", gyroscope::live),
-        ("tumbling_book", tumbling_book::live),
-        ("gyrostat", gyrostat::live),
-        ("gimbal", gimbal::live),
-        ("governor", governor::live),
-        ("rolling_coin", rolling_coin::live),
-        ("foucault", foucault::live),
-    ]),
+    (
+        "2 Particles and constraints",
+        &[
+            ("projectile", projectile::live),
+            ("projectile_with_drag", particles::projectile_with_drag),
+            ("bead_on_wire", bead_on_wire::live),
+            ("rough_wire", particles::rough_wire),
+            ("roller_coaster", roller_coaster::live),
+            ("coaster_jump", coaster_jump::live),
+            ("spring_pendulum", spring_pendulum::live),
+            ("drift_and_projection", particles::drift_and_projection),
+            ("rod_tension", rod_tension::live),
+            ("rotating_tube", rotating_tube::live),
+        ],
+    ),
+    (
+        "3 Systems of particles",
+        &[
+            ("double_pendulum", double_pendulum::live),
+            ("chain", chain::live),
+            ("planets", planets::live),
+            ("charged_particle", charged_particle::live),
+        ],
+    ),
+    (
+        "4 Kinematics",
+        &[
+            ("slider_crank", slider_crank::live),
+            ("four_bar", four_bar::live),
+            ("quick_return", quick_return::live),
+            ("jansen", jansen::live),
+        ],
+    ),
+    (
+        "5 Planar bodies",
+        &[
+            ("planar_bodies", planar_bodies::live),
+            ("redundant_four_bar", planar::redundant_four_bar),
+            ("rolling_disc", planar::rolling_disc),
+            ("andrews", andrews::live),
+            ("chaplygin_sleigh", chaplygin_sleigh::live),
+        ],
+    ),
+    (
+        "6 Stability and buckling",
+        &[
+            ("hoop_pitchfork", hoop_pitchfork::live),
+            ("buckling_column", buckling_column::live),
+            ("shallow_arch", shallow_arch::live),
+            ("ziegler_flutter", ziegler_flutter::live),
+        ],
+    ),
+    (
+        "7 Vibrations",
+        &[
+            ("kapitza", kapitza::live),
+            ("stick_slip", stick_slip::live),
+            ("tuned_absorber", tuned_absorber::live),
+        ],
+    ),
+    (
+        "8 Bodies in space",
+        &[
+            ("gyroscope", gyroscope::live),
+            ("tumbling_book", tumbling_book::live),
+            ("gyrostat", gyrostat::live),
+            ("gimbal", gimbal::live),
+            ("governor", governor::live),
+            ("rolling_coin", rolling_coin::live),
+            ("foucault", foucault::live),
+        ],
+    ),
     ("9 Waves in a bar", &[("waves", waves::waves)]),
 ];
 

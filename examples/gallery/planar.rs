@@ -76,7 +76,8 @@ impl ThreeCranks {
 
 /// The live page.
 pub(crate) fn redundant_four_bar() -> Page {
-    let model = ThreeCranks { mass: 2.0, inertia: 0.15, crank_inertia: 0.01, length: 0.3, width: 1.0, g: 9.81 };
+    let model =
+        ThreeCranks { mass: 2.0, inertia: 0.15, crank_inertia: 0.01, length: 0.3, width: 1.0, g: 9.81 };
     let start = |angle: f64, rate: f64| {
         let (sin, cos) = angle.sin_cos();
         let place = model.state().crank([angle; 3]).x(model.length * cos).y(model.length * sin);

@@ -73,7 +73,8 @@ impl Bar {
             .color(Color::Amber)
             .polyline(below.iter().copied());
         for i in 1..21 {
-            drawing = drawing.color(Color::Blue).disc(above[i], 0.008).color(Color::Amber).disc(below[i], 0.008);
+            drawing =
+                drawing.color(Color::Blue).disc(above[i], 0.008).color(Color::Amber).disc(below[i], 0.008);
         }
         drawing
             .color(Color::Blue)

@@ -2,16 +2,16 @@
 "use strict";
 // ---- the address: start, parameters and method, to the last digit
 
-const rateName = ({ name }) => name.replace(/^[^[]*/, "$&_rate");
+// Names of the model stand for themselves. The page's own keys begin with a sign that no name has.
 function link() {
   const { t, q, u, m } = player.start, entries = [];
   MODEL.parameters.forEach(({ name }, i) => entries.push([name, player.motion.p[i]]));
   MODEL.inputs.forEach(({ name }, i) => entries.push([name, player.w[i]]));
   MODEL.coordinates.forEach(({ name }, i) => entries.push([name, q[i]]));
   MODEL.coordinates.forEach((coordinate, i) => entries.push([rateName(coordinate), u[i]]));
-  if (t) entries.push(["t", t]);
-  if (m.length) entries.push(["modes", m.join(",")]);
-  entries.push(["method", player.method], ["accuracy", player.accuracy]);
+  if (t) entries.push(["~t", t]);
+  if (m.length) entries.push(["~modes", m.join(",")]);
+  entries.push(["~method", player.method], ["~accuracy", player.accuracy]);
   return new URLSearchParams(entries).toString();
 }
 let addressTimer;
@@ -23,40 +23,47 @@ function remember() {
     try { history.replaceState(null, "", "#" + link()); } catch { /* A frame without an address. */ }
   }, 300);
 }
-function recall() {
-  const given = new URLSearchParams(location.hash.slice(1)), [usual] = MODEL.starts;
+// Takes a start with its inputs under other parameters; the text of a refusal, or null.
+function takeAll(parameters, start) {
+  const { motion } = player;
+  motion.p.set(parameters);
+  player.w.set(start.w);
+  return motion.refresh() ?? player.begin(start);
+}
+// Takes what an address says, or the model's own start where that is refused; where that is refused, too, the
+// page stands there. Returns the method and the accuracy, which is null where the address has none.
+function recall(address = location.hash.slice(1)) {
+  const given = new URLSearchParams(address), [usual] = MODEL.starts;
   const get = (name, otherwise) => {
     const text = given.get(name), v = Number(text);
     return text === null || text === "" || !Number.isFinite(v) ? otherwise : v;
   };
-  MODEL.parameters.forEach(({ name, value }, i) => { player.motion.p[i] = get(name, value); });
-  MODEL.inputs.forEach(({ name, value }, i) => { player.w[i] = get(name, usual.w?.[i] ?? value ?? 0); });
-  const modes = given.get("modes")?.split(",").map(Number);
+  const modes = given.get("~modes")?.split(",").map(Number) ?? [];
+  const isSide = (x) => x === 0 || x === 1 || x === -1;
   const start = {
-    t: get("t", usual.t ?? 0),
+    t: get("~t", usual.t),
     q: Float64Array.from(MODEL.coordinates, ({ name }, i) => get(name, usual.q[i])),
     u: Float64Array.from(MODEL.coordinates, (coordinate, i) => get(rateName(coordinate), usual.u[i])),
-    m: modes?.length === usual.m?.length && modes?.every(Number.isFinite) ? modes : usual.m ?? [],
+    w: Float64Array.from(MODEL.inputs, ({ name }, i) => get(name, usual.w[i])),
+    m: modes.length === usual.m.length && modes.every(isSide) ? modes : usual.m,
   };
   picture.forget();
-  let refusal = player.motion.refresh() ?? player.begin(start);
+  const refusal = takeAll(MODEL.parameters.map(({ name, value }) => get(name, value)), start);
   if (refusal) {
     toast(refusal);
-    MODEL.parameters.forEach(({ value }, i) => { player.motion.p[i] = value; });
-    player.motion.refresh();
-    refusal = player.begin({ ...usual, q: Float64Array.from(usual.q), u: Float64Array.from(usual.u) });
-    if (refusal) throw new Error(refusal);
+    const own = { ...usual, q: Float64Array.from(usual.q), u: Float64Array.from(usual.u) };
+    const second = takeAll(MODEL.parameters.map(({ value }) => value), own);
+    if (second) player.stand(own, second);
   }
-  const method = given.get("method"), accuracy = get("accuracy", MODEL.accuracy);
-  return {
-    method: method in METHODS ? method : MODEL.method, accuracy: accuracy > 0 ? accuracy : MODEL.accuracy,
-  };
+  const key = given.get("~method"), method = Object.hasOwn(METHODS, key ?? "") ? key : MODEL.method;
+  const accuracy = get("~accuracy", NaN);
+  const fits = METHODS[method].fixed ? accuracy > 0 : accuracy >= 1e-14 && accuracy <= 0.1;
+  return { method, accuracy: fits ? accuracy : null };
 }
 function recalled({ method, accuracy }) {
   parameterSliders.forEach((slider, i) => slider?.set(player.motion.p[i]));
   inputSliders.forEach((slider, i) => slider?.set(player.w[i]));
-  syncStart();
-  setMethod(method, accuracy);
+  setMethod(method, accuracy ?? player.usualAccuracy(method));
 }
 
 // ---- copies
@@ -76,25 +83,36 @@ const literal = (v) => {
   const text = String(v).replace("e+", "e");
   return /[.e]|NaN|Infinity/.test(text) ? text : text + ".0";
 };
-// Values by field: arrays in brackets, `r[0][1]`; vectors, `r.x`, and matrices, `r[0, 1]`, by what turns into
-// them.
+// Names that Rust has for itself.
+const RUST_WORDS = new Set(("abstract as async await become box break const continue do dyn else enum extern "
+  + "false final fn for gen if impl in let loop macro match mod move mut override priv pub ref return static "
+  + "struct trait true try type typeof unsafe unsized use virtual where while yield").split(" "));
+const identifier = (name) => (RUST_WORDS.has(name) ? "r#" + name : name);
+// Values by field. `theta[3]` is an element of an array, which may be one of arrays, `magnetic.x` a component
+// of a vector, `inertia[0, 2]` one of a matrix.
 function fieldsOf(items, values) {
   const fields = new Map();
   items.forEach(({ name }, i) => {
-    const [base] = /^[^[.]*/.exec(name), path = name.slice(base.length).match(/\d+|[xyz]/g) ?? [];
-    if (!path.length) { fields.set(base, literal(values[i])); return; }
-    if (!fields.has(base)) fields.set(base, []);
-    const turned = name.includes(".") ? path.length - 1 : name.includes(",") ? path.length - 2 : -1;
-    let list = fields.get(base);
-    path.forEach((part, depth) => {
-      const index = "xyz".includes(part) ? "xyz".indexOf(part) : Number(part);
-      if (depth === turned) list.turned = true;
-      if (depth === path.length - 1) list[index] = literal(values[i]);
-      else list = list[index] ??= [];
-    });
+    const [base] = /^[^[.]*/.exec(name), way = [];
+    for (const [, axis, indices] of name.matchAll(/\.(\w+)|\[([^\]]*)\]/g)) {
+      const [row, column] = (indices ?? "").split(",").map(Number);
+      if (axis) way.push(["vector", "xyz".indexOf(axis)]);
+      else if (column === undefined) way.push(["array", row]);
+      else way.push(["matrix", row], ["array", column]);
+    }
+    let part = { get: () => fields.get(base), set: (value) => fields.set(base, value) };
+    for (const [kind, index] of way) {
+      const { get, set } = part;
+      if (!get()) set({ kind, of: [] });
+      const { of } = get();
+      part = { get: () => of[index], set: (value) => { of[index] = value; } };
+    }
+    part.set(literal(values[i]));
   });
-  const print = (value) => (Array.isArray(value)
-    ? `[${value.map(print).join(", ")}]${value.turned ? ".into()" : ""}` : value);
+  const print = (value) => {
+    if (typeof value === "string") return value;
+    return `[${value.of.map(print).join(", ")}]` + (value.kind === "array" ? "" : ".into()");
+  };
   return [...fields].map(([name, value]) => [name, print(value)]);
 }
 const RUST_METHODS = {
@@ -112,28 +130,33 @@ function rustRules() {
   return [
     ...MODEL.contacts.map((contact) => `contact("${contact.name}", ${law(contact)})`),
     ...MODEL.stick_slip.map((rule) => `stick_slip("${rule.name}", "${event(rule.event)}")`),
-    ...MODEL.stops.map((index) => `stop_at("${event(index)}", dynamics::simulate::Direction::Any)`),
+    ...MODEL.stops.map((stop) => {
+      const { event: index = stop, direction = 0 } = stop, way = ["Falling", "Any", "Rising"][direction + 1];
+      return `stop_at("${event(index)}", dynamics::simulate::Direction::${way})`;
+    }),
   ];
 }
 function rust() {
   const { t, q, u, m } = player.start, { method, accuracy } = player;
-  const parameters = fieldsOf(MODEL.parameters, player.motion.p).map(([name, value]) => `${name}: ${value}`);
+  const parameters = fieldsOf(MODEL.parameters, player.motion.p)
+    .map(([name, value]) => `${identifier(name)}: ${value}`);
   if (MODEL.functions?.length) parameters.push("..model");
   const set = [
     ...fieldsOf(MODEL.coordinates, q),
     ...fieldsOf(MODEL.coordinates, u).map(([name, value]) => [name + "_rate", value]),
     ...fieldsOf(MODEL.inputs, player.w), ...(t ? [["at_time", literal(t)]] : []),
-  ].map(([name, value]) => `.${name}(${value})`);
-  MODEL.rows.forEach(({ name, switched }, row) => {
+  ].map(([name, value]) => `.${identifier(name)}(${value})`);
+  MODEL.rows.forEach(({ name, constraint = name, switched }, row) => {
     const first = MODEL.rows.findIndex((other) => other.switched === switched) === row;
-    if (Number.isInteger(switched) && first && m[switched] !== 0) set.push(`.release("${name}")`);
+    if (!Number.isInteger(switched) || !first || m[switched] === 0) return;
+    set.push(m[switched] > 0 ? `.release("${constraint}")` : `.release_to("${constraint}", -1.0)`);
   });
   const rules = rustRules().map((rule) => `.${rule}`).join("");
   // The library has no implicit midpoint rule; its method for stiff problems takes a tolerance.
   const steps = METHODS[method].fixed && method !== "midpoint" ? `fixed_step(${literal(accuracy)})`
     : `tolerance(${method === "midpoint" ? "1e-9" : literal(accuracy)})`;
   const length = Math.max(10 * player.pace, player.time(player.last) - t);
-  const until = literal(Number((t + length).toPrecision(3)));
+  const until = literal(Math.min(t + Number(length.toPrecision(3)), player.end));
   return `let model = ${MODEL.name} { ${parameters.join(", ")} };\n`
     + `let start = model.state()${set.join("")}.build()?;\n`
     + `let method = dynamics::methods::${RUST_METHODS[method] ?? "Dop853"};\n`

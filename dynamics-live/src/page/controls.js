@@ -6,7 +6,12 @@ const element = (tag, className = "", text = "") => {
   if (text) made.textContent = text;
   return made;
 };
-const threeDigits = (v) => Number(v.toPrecision(3));
+// Digits that tell apart some hundred values between two ends, three at least.
+function digitsBetween(v, lo, hi) {
+  const finer = Math.ceil(Math.log10(Math.abs(v) / (2 * (hi - lo))));
+  return Number.isFinite(finer) ? clamp(3 + finer, 3, 15) : 3;
+}
+const roundedBetween = (v, lo, hi) => clamp(Number(v.toPrecision(digitsBetween(v, lo, hi))), lo, hi);
 
 // The symbols of the equations by the name of what they stand for, and the sliders of that name.
 const symbols = new Map(), slidersOf = new Map();
@@ -82,22 +87,30 @@ class Slider {
       });
     }
   }
-  // Three digits, but the middle of a slider about 0 can be met. What constraints decide is not what was chosen:
-  // `now()` tells it.
+  // Takes a value from the slider. The middle of one about 0 can be met. What constraints decide is not what
+  // was chosen: `now()` tells it.
   choose(v) {
-    const value = Math.abs(v) < 4e-3 * (this.hi - this.lo) && !this.log ? 0 : threeDigits(v);
-    const before = this.now?.(), refusal = this.change(value), after = this.now?.();
-    const stays = !refusal && Math.abs(after - before) < 1e-3 * Math.abs(value - before);
+    const { lo, hi, value: before } = this, isZero = lo < 0 && hi > 0 && Math.abs(v) < 4e-3 * (hi - lo);
+    const value = isZero ? 0 : roundedBetween(v, lo, hi), earlier = this.now?.();
+    this.show(value);
+    // What changes may set the slider to what came of it.
+    const refusal = this.change(value), after = this.now?.();
+    const stays = !refusal && Math.abs(after - earlier) < 1e-3 * Math.abs(value - earlier);
     this.refusal.textContent = refusal ?? (stays ? "held by the constraints" : "");
-    this.set(refusal ? this.value : after ?? value);
+    if (refusal) this.show(before);
+    else if (after !== undefined) this.show(after);
   }
-  // Shows a value; the ends give way to one beyond them.
+  // Takes a value from elsewhere; the ends give way to one beyond them, but not to its rounding.
   set(v) {
+    const { lo, hi } = this, least = 1e-9 * (hi - lo);
+    if (v < lo - least) this.lo = this.log && v > 0 ? v / 2 : v - 0.5 * (hi - v);
+    if (v > hi + least) this.hi = this.log ? 2 * v : v + 0.5 * (v - lo);
+    this.show(v);
+  }
+  show(v) {
     this.value = v;
-    if (v < this.lo) this.lo = this.log && v > 0 ? v / 2 : v - 0.5 * (this.hi - v);
-    if (v > this.hi) this.hi = this.log ? 2 * v : v + 0.5 * (v - this.lo);
     this.input.value = clamp(this.partOf(v), 0, 1);
-    const text = number(v) + (this.unit ? " " + this.unit : "");
+    const text = number(v, digitsBetween(v, this.lo, this.hi)) + (this.unit ? " " + this.unit : "");
     this.output.textContent = text;
     this.input.setAttribute("aria-valuetext", text);
   }
@@ -160,7 +173,7 @@ function makeArray(into, name, members, made) {
   const elements = fold(into, `each ${all.spoken ?? `of ${name}`}`);
   for (const member of members) made.set(member, new Slider(elements, member));
   // The slider for all shows the first element.
-  const slider = made.get(first), set = slider.set.bind(slider), setEnds = slider.setEnds.bind(slider);
-  slider.set = (v) => { set(v); all.set(v); };
+  const slider = made.get(first), show = slider.show.bind(slider), setEnds = slider.setEnds.bind(slider);
+  slider.show = (v) => { show(v); all.set(v); };
   slider.setEnds = (lo, hi) => { setEnds(lo, hi); all.setEnds(lo, hi); };
 }

@@ -3,10 +3,10 @@
 const player = new Player(), picture = new Picture($("picture"), player);
 const phase = new PhasePlot($("phase"), player), precision = new Precision($("precision"), player);
 const plots = [];
-// With `only=picture` in its address the page is its picture alone, for frames of other pages; with `still=1`
-// that stands. (`#picture` would be the place of an element, to which the outer page would scroll.)
+// With `~only=picture` in its address the page is its picture alone, for frames of other pages; with
+// `~still=1` that stands. (`#picture` would be the place of an element, to which the outer page would scroll.)
 const asked = (name) => new URLSearchParams(location.hash.slice(1)).get(name);
-const alone = asked("only") === "picture", still = () => asked("still") === "1";
+const alone = asked("~only") === "picture", still = () => asked("~still") === "1";
 document.documentElement.classList.toggle("alone", alone);
 let dirty = true, chartDirty = true, frames = 0, spent = 0;
 
@@ -28,6 +28,8 @@ function timeWords(t) {
   return (t / 10 ** power).toFixed(digits).replace(/^-(?=0\.?0*$)/, "").replace("-", "−")
     + (power ? scaled(power, "s") : " s");
 }
+const driftWords = (part) =>
+  (Number.isFinite(part) ? `drift ${part < 1e-16 ? "0" : number(part, 2)}` : "drift unknown");
 // What a screen reader says of a picture that stands.
 let sayTimer;
 function say() {
@@ -57,9 +59,7 @@ function setPlaying(on) {
 // A start that the viewer chose.
 function takeStart(start, forget = true) {
   if (forget) picture.forget();
-  const refusal = player.begin(start);
-  if (!refusal) syncStart();
-  return refusal;
+  return player.begin(start);
 }
 const backToStart = () => { player.begin(player.start); dirty = true; };
 // One instant after another while the motion stands.
@@ -129,7 +129,7 @@ const look = !picture.program ? null : makeLook({
 picture.look = look;
 picture.numbered = !alone;
 function letGo(event) {
-  if (picture.release(event)) { syncStart(); setPlaying(true); }
+  if (picture.release(event)) setPlaying(true);
   dirty = true;
 }
 function listenToPicture() {
@@ -146,7 +146,6 @@ function listenToPicture() {
     if (picture.held?.pointer !== event.pointerId) return;
     const refusal = picture.move(event);
     setStatus(refusal ?? "");
-    syncStart();
     dirty = true;
   });
   for (const kind of ["pointerup", "pointercancel"]) {
@@ -171,7 +170,6 @@ function nudgeByKey(event) {
   if (player.playing) setPlaying(false);
   if (way) {
     picture.nudge(...way.map((x) => x * (event.shiftKey ? 5 : 1)));
-    syncStart();
     say();
   } else {
     picture.grip = (picture.grip + 1) % handles.length;
@@ -261,9 +259,9 @@ function drawAll() {
   const { spacing } = picture, { first, last, head } = player;
   $("scale").textContent = spacing ? `grid ${number(spacing)} ${MODEL.length_unit ?? ""}`.trim() : "";
   transport.place(last > first ? (head - first) / (last - first) : 1, timeWords(player.time()));
-  const { shown } = player, part = player.scale > 0 ? Math.abs(shown.drift) / player.scale : 0;
-  $("drift").textContent = `drift ${part < 1e-16 ? "0" : number(part, 2)}`;
-  $("drift").classList.toggle("bad", part > 0.01);
+  const { shown } = player, part = Math.abs(shown.drift) / (player.scale || 1);
+  $("drift").textContent = driftWords(part);
+  $("drift").classList.toggle("bad", !(part <= 0.01));
   $("residual-now").textContent = number(shown.residual, 2);
   if (player.held) return;
   setStatus(player.reason && head >= last - 1 ? player.reason : player.playing ? pacing.slow : "");
@@ -322,8 +320,13 @@ function listen() {
 function begin() {
   readPalette();
   player.listeners.push((what) => {
-    if (what !== "method") { precision.stale(); probe.stale(); }
-    if (what !== "method") phase.forget();
+    if (what !== "method") {
+      precision.stale();
+      probe.stale();
+      phase.forget();
+      // Other parameters may have moved the start.
+      syncStart();
+    }
     remember();
     dirty = chartDirty = true;
   });

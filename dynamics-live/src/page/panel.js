@@ -41,10 +41,10 @@ function makeStart() {
     return takeStart(start);
   };
   const item = (part, coordinate, index) => {
-    const whole = part === "q", change = set(part), { name, unit, about } = coordinate;
+    const whole = part === "q", change = set(part), { name, unit } = coordinate;
     const [lo, hi] = whole && coordinate.angle ? [-Math.PI, Math.PI] : [-1, 1];
     return {
-      id: part + index, name, about, index, lo, hi, unit: whole ? unit : rateUnit(coordinate),
+      id: part + index, name, index, lo, hi, unit: whole ? unit : rateUnit(coordinate),
       spoken: whole ? undefined : `rate of ${name}`,
       symbol: whole ? coordinate.symbol : rateSymbol(coordinate.symbol),
       change: (v) => change([index], v), changeAll: change, now: () => player.start[part][index],
@@ -61,9 +61,9 @@ function makeStart() {
   }
 }
 function takeStartOf({ t, q, u, w, m }) {
-  if (w?.length) { player.w.set(w); inputSliders.forEach((slider, i) => slider?.set(player.w[i])); }
-  const refusal = takeStart({ t: t ?? 0, q: Float64Array.from(q), u: Float64Array.from(u), m: m ?? [] });
+  const refusal = takeStart({ t, q: Float64Array.from(q), u: Float64Array.from(u), w, m });
   if (refusal) toast(refusal);
+  else inputSliders.forEach((slider, i) => slider?.set(player.w[i]));
   return refusal;
 }
 function syncStart() {
@@ -92,8 +92,12 @@ const ladders = () => METHODS[player.method].fixed
   ? [0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001].map((h) => Number((h * player.pace).toPrecision(3)))
   : [3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13].map((k) => Number("1e-" + k));
 function setMethod(method, accuracy) {
+  accuracy ??= player.usualAccuracy(method);
   const refusal = player.change("method", () => { player.method = method; player.accuracy = accuracy; });
-  if (refusal) toast(refusal);
+  if (refusal) {
+    toast(refusal);
+    ({ method, accuracy } = player);
+  }
   const list = ladders();
   if (!list.includes(accuracy)) list.push(accuracy);
   list.sort((a, b) => b - a);
@@ -104,7 +108,7 @@ function setMethod(method, accuracy) {
 function makeMethods() {
   for (const [id, { name }] of Object.entries(METHODS)) $("method").append(new Option(name, id));
   $("method").addEventListener("change", ({ target: { value } }) =>
-    setMethod(value, METHODS[value].fixed ? Number((0.01 * player.pace).toPrecision(3)) : 1e-8));
+    setMethod(value, player.usualAccuracy(value)));
   $("accuracy").addEventListener("change", ({ target }) => setMethod(player.method, Number(target.value)));
   for (const id of compared) $("methods").append(key(METHODS[id].name, TINTS[id] ?? "teal"));
   $("precision").addEventListener("pointerdown", ({ offsetX, offsetY }) => {

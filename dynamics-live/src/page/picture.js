@@ -38,14 +38,20 @@ function defaultFigures(points) {
     places.push([[next, dimension]]);
     next += dimension;
   }
+  // Numbers that no program writes, and so are zero, stand behind the others.
+  const zero = next, inSpace = points.some(({ dimension }) => dimension === 3);
   const dots = points.map((point, k) => ["dot", places[k], {}, extra(point)]);
   const base = ({ name }) => name.replace(/\[\d+\]$/, ""), all = points.length <= MOST_TRACED;
   const ends = (k) => all || !points[k + 1] || base(points[k + 1]) !== base(points[k]);
   const traces = points.map((point, k) => ["trace", places[k], {}, extra(point)]).filter((_, k) => ends(k));
   if (points[0].name.includes(", ")) return [...traces, ...dots];
-  // The origin: numbers that no program writes, and so are zero.
-  const { dimension } = points[0], origin = [[next, dimension]];
-  const chain = ["polyline", [...origin, [0, next]], {}, { dimension }];
+  // A chain through points of the plane and of space is one of space: (x, y) becomes (x, 0, y).
+  const dimension = inSpace ? 3 : 2, origin = [[zero, dimension]];
+  const joints = points.flatMap((point, k) => {
+    const [[first]] = places[k];
+    return point.dimension < dimension ? [first, zero, first + 1] : places[k];
+  });
+  const chain = ["polyline", [...origin, ...joints], {}, { dimension }];
   return [...traces, chain, ["pivot", origin, {}, { dimension }], ...dots];
 }
 
@@ -74,7 +80,7 @@ class Picture {
     this.canvas = canvas;
     this.player = player;
     // The eye of recorded pages.
-    const eye = MODEL.eye ?? [-60, 25].map((degrees) => degrees * Math.PI / 180);
+    const eye = [-60, 25].map((degrees) => degrees * Math.PI / 180);
     this.space = MODEL.space ? makeSpace({ half: [1, 1, 1], eye }) : null;
     this.sight = this.space ?? makePlane();
     this.painter = makePaint(this.sight);
@@ -298,6 +304,7 @@ class Picture {
   }
   // The handle under a finger, or null.
   handleAt(x, y, fingers) {
+    if (this.player.refused) return null;
     let best = fingers ? 46 : 30, found = null;
     for (const handle of this.handles()) {
       const [px, py] = this.onCanvas(handle.place()), distance = Math.hypot(px - x, py - y);
@@ -314,15 +321,16 @@ class Picture {
   }
   // Moves the handle as near to a place as the model can have it; the text of a refusal, or null.
   pull(handle, target) {
-    const { motion, start } = this.player;
+    const { motion } = this.player;
     motion.drag(handle.index, this.ofModel(handle, target));
-    return this.player.begin({ t: start.t, q: motion.q, u: motion.u, m: motion.m });
+    return this.player.begin(motion);
   }
   // A place or a velocity in the numbers that a point has in the model.
   ofModel({ dimension }, [x, y, z]) { return dimension === 3 ? [x, y, z] : [x, this.space ? z : y]; }
-  // Takes hold: the model rests at the instant that is shown, which is its new start.
+  // Takes hold: the model rests at the instant that is shown, which is its new start. It keeps the time, at
+  // which a driven model is where it is seen.
   hold() {
-    const { player } = this, y = player.show(), { t } = player.start, { m } = player.shown, free = m.slice();
+    const { player } = this, y = player.show(), t = player.time(), { m } = player.shown, free = m.slice();
     for (const { row } of MODEL.contacts ?? []) free[MODEL.rows[row].switched] = 1;
     // What lies on something can be lifted.
     const begin = (modes) => player.begin({ t, q: y.slice(0, N), u: new Float64Array(N), m: modes });
@@ -366,13 +374,13 @@ class Picture {
       motion.throw_point(held.handle.index, this.ofModel(held.handle, velocity));
     }
     this.forget();
-    player.begin({ t: player.start.t, q: motion.q, u: motion.u, m: motion.m });
+    player.begin(motion);
     return true;
   }
   // Moves the chosen handle by a part of the view, to the right and up as it is seen.
   nudge(right, up) {
     const handle = this.handles()[this.grip];
-    if (!handle) return null;
+    if (!handle || this.player.refused) return null;
     const place = handle.place(), [x, y] = this.onCanvas(place), { canvas } = this;
     const by = 0.02 * Math.min(canvas.clientWidth, canvas.clientHeight);
     this.hold();

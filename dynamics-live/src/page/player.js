@@ -8,6 +8,8 @@ const HAS_ENERGY = Boolean(PROGRAMS.energy_function || PROGRAMS.kinetic_energy &
 const ENERGY_UNIT = MODEL.conserved.find(({ kind }) => /energy/i.test(kind))?.unit
   ?? MODEL.powers.find(({ unit }) => unit)?.unit.replace(/^W$/, "J") ?? "J";
 const rateUnit = (coordinate) => (coordinate.unit ? coordinate.unit + "/s" : "1/s");
+// The library's name of a velocity: `theta_rate`, of an element `theta_rate[3]`.
+const rateName = ({ name }) => name.replace(/^[^[]*/, "$&_rate");
 
 // A time in which coordinates go through their own range, from some steps of a motion; 0 where they rest or
 // where `milliseconds` were too few to tell.
@@ -54,19 +56,19 @@ function repeatingAngles(motion) {
   });
 }
 
-// Seconds of the motion in a second of playing: 1 where that can be watched.
-function chosenPace(time) {
-  if (MODEL.until) return MODEL.until >= 2 && MODEL.until <= 120 ? 1 : roundStep(MODEL.until / 20);
+// Seconds of the motion in a second of playing: 1 where that can be watched. `length` is that of the motion.
+function chosenPace(time, length) {
+  if (length < Infinity) return length >= 2 && length <= 120 ? 1 : roundStep(length / 20);
   return !(time > 0) || !Number.isFinite(time) || (time > 0.03 && time < 20) ? 1 : roundStep(time / 4);
 }
 
 class Player {
   constructor() {
     this.motion = new Motion(PROGRAMS, MODEL);
-    this.method = MODEL.method;
-    this.accuracy = MODEL.accuracy;
     this.speed = 1;
     this.pace = 1;
+    this.method = MODEL.method;
+    this.accuracy = this.usualAccuracy(this.method);
     this.playing = false;
     this.held = false;        // a finger moves the model
     this.start = null;        // { t, q, u, m }
@@ -78,6 +80,7 @@ class Player {
     this.now = new Float64Array(2 * N);
     this.listeners = [];
     this.reason = null;
+    this.refused = null;      // why there is no motion at all, in words
     this.repeats = MODEL.coordinates.map(() => false);
   }
 
@@ -87,8 +90,17 @@ class Player {
     shadow.p.set(this.motion.p);
     if (shadow.refresh() ?? shadow.start(t, q, u, this.w, m)) return;
     this.repeats = repeatingAngles(shadow);
-    const accuracy = METHODS[this.method].fixed ? this.accuracy : Math.max(this.accuracy, 1e-6);
-    this.pace = chosenPace(characteristicTime(shadow, this.method, accuracy, 40));
+    const { fixed } = METHODS[this.method], open = fixed && MODEL.accuracy === null;
+    const accuracy = fixed && !open ? this.accuracy : Math.max(this.accuracy, 1e-6);
+    // A step that nobody gave is a part of the pace, which has to be found first.
+    const time = open ? characteristicTime(shadow, "dp5", 1e-6, 40)
+      : characteristicTime(shadow, this.method, accuracy, 40);
+    this.pace = chosenPace(time, this.end - t);
+  }
+  // The accuracy of a method for which none was chosen.
+  usualAccuracy(method) {
+    if (method === MODEL.method && MODEL.accuracy !== null) return MODEL.accuracy;
+    return METHODS[method].fixed ? Number((0.01 * this.pace).toPrecision(3)) : 1e-8;
   }
 
   // `what`: "start", "parameters" or "method", after which nothing that was computed ahead holds.
@@ -97,17 +109,26 @@ class Player {
   get last() { return this.first + this.instants.length - 1; }
   time(k = this.head) { return this.start.t + k * this.dt; }
   instant(k) { return this.instants[k - this.first]; }
-  get end() { return this.start.t + (MODEL.until ?? Infinity); }
+  // The time up to which the motion is followed. A start that the viewer chose at or after that has as long a
+  // motion before it as the model's own.
+  get end() {
+    const { t } = this.start, end = MODEL.until ?? Infinity;
+    return t < end ? end : t + (end - MODEL.starts[0].t);
+  }
 
-  // A new start; the text of a refusal, or null. A refused start leaves everything as it was.
+  // A new start, with inputs where it has some; the text of a refusal, or null. A refused start leaves
+  // everything as it was.
   begin(start) {
-    const { motion } = this, turn = 2 * Math.PI;
+    const { motion } = this, turn = 2 * Math.PI, before = Float64Array.from(this.w);
+    if (start.w) this.w.set(start.w);
     const q = start.q.map((x, i) => (this.repeats[i] ? x - turn * Math.round(x / turn) : x));
     const refusal = this.place(start.t, q, Float64Array.from(start.u), start.m, start.chosen);
     if (refusal) {
-      if (this.start) this.resume();
+      this.w.set(before);
+      if (this.start && !this.refused) this.resume();
       return refusal;
     }
+    this.refused = null;
     this.start = {
       t: start.t, q: Float64Array.from(motion.q), u: Float64Array.from(motion.u), m: Array.from(motion.m),
     };
@@ -120,6 +141,20 @@ class Player {
     this.record(this.start.t);
     this.changed("start");
     return null;
+  }
+
+  // Stands at a start that is refused: nothing moves until there is another one, or other parameters.
+  stand({ t, q, u, m }, refusal) {
+    this.start = { t, q: Float64Array.from(q), u: Float64Array.from(u), m: Array.from(m) };
+    const energy = { T: NaN, V: NaN, E: NaN }, y = Float64Array.from([...q, ...u]);
+    const channels = new Float64Array(this.channels.length).fill(NaN);
+    const instant = { y, t, begun: null, m: this.start.m, energy, drift: NaN, residual: NaN, channels };
+    this.instants = [instant];
+    this.first = this.head = this.scale = 0;
+    this.events = [];
+    this.reason = this.refused = refusal;
+    this.onRecord?.(instant);
+    this.changed("start");
   }
 
   // Starts the motion at a state that is first put onto the constraints where it is off them. There a
@@ -177,7 +212,12 @@ class Player {
     };
     instant.channels = Float64Array.from(this.channels, (channel) => channel.of(instant));
     this.instants.push(instant);
-    if (this.instants.length > KEPT) { this.instants.shift(); this.first++; }
+    if (this.instants.length > KEPT) {
+      this.instants.shift();
+      this.first++;
+      const kept = this.events.findIndex((event) => event.t >= this.instants[0].t);
+      this.events.splice(0, kept < 0 ? this.events.length : kept);
+    }
     this.onRecord?.(instant);
   }
   // One more instant: "more", "late" where `deadline` passed before it was reached, or "ended".
@@ -185,7 +225,7 @@ class Player {
     const { motion } = this, t = this.time(this.last + 1);
     if (this.reason) return "ended";
     if (t > this.end + 1e-9 * this.dt) {
-      this.reason = `the motion was to be followed for ${number(MODEL.until)} s`;
+      this.reason = `the motion was to be followed for ${number(this.end - this.start.t)} s`;
       return "ended";
     }
     while (motion.t < t) {
@@ -228,6 +268,7 @@ class Player {
   // Changes parameters, inputs or the method under the motion, which goes on from where it is. What refuses
   // is undone and returned.
   change(what, act) {
+    if (this.refused) return this.changeRefused(what, act);
     const k = Math.max(this.first, Math.floor(this.head + 1e-6)), { motion } = this;
     const refused = this.resume(k), p = Float64Array.from(motion.p), w = Float64Array.from(this.w);
     if (refused) return refused;
@@ -249,6 +290,15 @@ class Player {
     this.record(t);
     this.changed(what);
     return null;
+  }
+
+  // The same where the start is refused: other values may be what it needs.
+  changeRefused(what, act) {
+    act();
+    const refusal = this.motion.refresh() ?? this.begin(this.start);
+    if (refusal) this.stand(this.start, refusal);
+    else this.changed(what);
+    return what === "method" ? null : refusal;
   }
 
   // Puts the start onto the constraints of new parameters, where they permit.
@@ -287,30 +337,24 @@ class Player {
 // The largest of the energies that are known.
 const sizeOf = ({ T, V, E }) => Math.max(...[T, V, E].map((x) => Math.abs(x) || 0));
 
-// What can be plotted over time, by the names of MODEL.plots; names that are unknown are left out.
+// What can be plotted over time, by the names of MODEL.plots.
 function channelsOf(motion) {
-  const inner = (row, name) => row.findIndex((item) => item.name === name);
-  const split = (instant) => [instant.t, instant.y.subarray(0, N), instant.y.subarray(N)];
-  const found = [];
-  for (const name of MODEL.plots ?? []) {
-    const rate = name.endsWith("_rate") ? inner(MODEL.coordinates, name.slice(0, -5)) : -1;
-    const i = inner(MODEL.coordinates, name), add = (unit, of) => found.push({ name, unit, of });
-    if (i >= 0) add(MODEL.coordinates[i].unit, ({ y }) => y[i]);
-    else if (rate >= 0) add(rateUnit(MODEL.coordinates[rate]), ({ y }) => y[N + rate]);
-    else if (name === "energy") add(ENERGY_UNIT, ({ energy }) => energy.E);
-    else if (name === "kinetic energy") add(ENERGY_UNIT, ({ energy }) => energy.T);
-    else if (name === "potential energy") add(ENERGY_UNIT, ({ energy }) => energy.V);
-    else if (inner(MODEL.rows, name) >= 0) {
-      const row = inner(MODEL.rows, name);
-      add(MODEL.rows[row].unit, (instant) => motion.solve_at(...split(instant))[1][row]);
-    } else {
-      for (const program of ["outputs", "conserved", "powers", "events", "speeds"]) {
-        const k = inner(MODEL[program] ?? [], name);
-        if (k < 0 || !PROGRAMS[program]) continue;
-        add(MODEL[program][k].unit, (instant) => motion.value(program, ...split(instant))[k]);
-        break;
-      }
-    }
+  const known = new Map(), split = ({ t, y }) => [t, y.subarray(0, N), y.subarray(N)];
+  const add = (name, unit, of) => known.set(name, { name, unit, of });
+  // Of quantities with the same name the last one counts.
+  for (const program of ["powers", "conserved", "outputs"]) {
+    if (!PROGRAMS[program]) continue;
+    MODEL[program].forEach(({ name, unit }, k) =>
+      add(name, unit, (instant) => motion.value(program, ...split(instant))[k]));
   }
-  return found;
+  MODEL.rows.forEach(({ name, unit }, row) =>
+    add(`lambda[${name}]`, unit, (instant) => motion.solve_at(...split(instant))[1][row]));
+  add("potential energy", ENERGY_UNIT, ({ energy }) => energy.V);
+  add("kinetic energy", ENERGY_UNIT, ({ energy }) => energy.T);
+  add("energy", ENERGY_UNIT, ({ energy }) => energy.E);
+  MODEL.coordinates.forEach((coordinate, i) => {
+    add(rateName(coordinate), rateUnit(coordinate), ({ y }) => y[N + i]);
+    add(coordinate.name, coordinate.unit, ({ y }) => y[i]);
+  });
+  return MODEL.plots.map((name) => known.get(name));
 }

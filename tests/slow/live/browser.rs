@@ -171,6 +171,7 @@ fn a_dragged_point_follows() {
         visit(live_files(), Opening { size, ..STILL }, |_, file, page| {
             page.evaluate("tests.reachable()");
             page.evaluate("tests.settled()");
+            let time = page.number("live.player.time()");
             let found = page.evaluate("tests.dragged()");
             if found.is_null() {
                 eprintln!("{}: no point moves", file.name);
@@ -199,6 +200,8 @@ fn a_dragged_point_follows() {
                     format!("at {size:?} {name} is {off:.1} px off after {way} px"),
                 ));
             }
+            let stays = page.number("live.player.start.t") == time;
+            wrong.extend(unless(stays, "is another time under the finger"));
             page.pointer("released", to, finger);
             let goes_on = page.becomes("live.player.playing || live.player.reason");
             wrong.extend(unless(goes_on, "does not go on"));
@@ -224,11 +227,13 @@ fn sliders_change_motion_and_address() {
                 }
             }
             let after = page.texts("[live.link(), tests.later(live.player.pace)]");
-            let told = !page.texts(&format!("[tests.refusal('{id}')]"))[0].is_empty();
-            wrong.extend(unless(
-                before[0] != after[0] || told,
-                format!("{id} changes nothing, without a word"),
-            ));
+            let told = page.texts(&format!("[tests.refusal('{id}')]")).remove(0);
+            let free = before[0] != after[0] || !told.is_empty();
+            wrong.extend(unless(free, format!("{id} changes nothing, without a word")));
+            let held = !told.starts_with("held") || page.is(&format!("tests.isHeld('{id}')"));
+            wrong.extend(unless(held, format!("{id} is not {told}")));
+            let stale = page.texts("tests.staleStarts()");
+            wrong.extend(stale.into_iter().map(|other| format!("{other} is stale after {id}")));
             if id.starts_with('p') {
                 parameters += 1;
                 moved += usize::from(before[1] != after[1]);
@@ -271,6 +276,108 @@ fn addresses_keep_the_last_digit() {
     });
 }
 
+/// The ends that the user gave are met, and stay.
+#[test]
+fn given_ends_of_sliders_are_met() {
+    visit(live_files().filter(|file| file.name == "pendulum"), STILL, |_, _, page| {
+        let mut wrong = Vec::new();
+        page.evaluate("tests.of('p2').focus()");
+        for (key, end) in
+            [("PageDown", 9.7805), ("PageUp", 9.8325), ("ArrowDown", 9.83198), ("PageDown", 9.7805)]
+        {
+            for _ in 0..if key == "ArrowDown" { 1 } else { 12 } {
+                page.press(key);
+            }
+            let g = page.number("live.player.motion.p[2]");
+            wrong.extend(unless((g - end).abs() < 1e-4, format!("{key} goes to {g} instead of {end}")));
+        }
+        wrong
+    });
+}
+
+/// A page lives after any link: what is refused leaves the page's own start, parameters and inputs.
+#[test]
+fn strange_links_leave_a_living_page() {
+    visit(live_files(), STILL, |browser, file, page| {
+        let mut wrong = Vec::new();
+        let own = page.evaluate("tests.state()");
+        for link in page.texts("tests.strangeLinks()") {
+            let strange = Page::open(browser, &format!("{}#{link}", file.address), STILL);
+            wrong.extend(strange.complaints().into_iter().map(|text| format!("{link}: {text}")));
+            let refused = strange.is("tests.of('toast').textContent !== ''");
+            let kept = !refused || strange.evaluate("tests.state()") == own;
+            wrong.extend(unless(kept, format!("{link}: what was refused stays in part")));
+            let known = strange.is("tests.of('method').value === live.player.method");
+            wrong.extend(unless(known, format!("{link}: no method")));
+            // Some of these motions are as fast as they are strange.
+            strange.press(" ");
+            let lives = strange.becomes("live.frames > 9 && live.player.instants.length > 0");
+            wrong.extend(unless(lives, format!("{link}: does not play")));
+        }
+        wrong
+    });
+}
+
+/// Where the start itself is refused, the page says why, and takes another one.
+#[test]
+fn a_page_without_a_start_waits_for_one() {
+    visit(live_files().filter(|file| file.name == "double_pendulum"), STILL, |browser, file, _| {
+        let path = file.address.strip_prefix("file://").unwrap();
+        let refused = path.replace(".html", "-refused.html");
+        // The first coordinate of every start.
+        let html = std::fs::read_to_string(path).unwrap().replace("\"q\":[", "\"q\":[NaN*");
+        std::fs::write(&refused, html).unwrap();
+        let page = Page::open(browser, &format!("file://{refused}"), STILL);
+        let mut wrong = Vec::new();
+        page.draws();
+        for (told, what) in [
+            ("tests.of('status').textContent.includes('NaN')", "the status says nothing"),
+            ("tests.of('drift').textContent === 'drift unknown'", "the drift is not unknown"),
+            ("tests.of('drift').classList.contains('bad')", "the drift is not red"),
+        ] {
+            wrong.extend(unless(page.is(told), what));
+        }
+        page.press(" ");
+        page.evaluate("tests.choose('method', 'rk4')");
+        page.evaluate("tests.of('q0').focus()");
+        page.press("ArrowRight");
+        wrong.extend(unless(page.is("live.player.refused === null"), "takes no other start"));
+        page.evaluate("tests.of('picture').focus()");
+        page.press(" ");
+        wrong.extend(unless(page.becomes("live.player.head > 5"), "does not play"));
+        wrong.extend(page.complaints());
+        wrong
+    });
+}
+
+/// A method that is refused is not shown as the chosen one.
+#[test]
+fn refused_methods_are_not_shown() {
+    visit(live_files().take(1), STILL, |_, _, page| {
+        let shown = "[tests.of('method').value, tests.of('kind').textContent, tests.of('accuracy').value]";
+        let before = page.texts(shown);
+        page.evaluate("live.player.change = () => 'refused'");
+        page.evaluate("tests.choose('method', 'rk4')");
+        let after = page.texts(shown);
+        unless(before == after, format!("{before:?} becomes {after:?}")).into_iter().collect()
+    });
+}
+
+/// Stopping the pictures of an index is nothing to go back from.
+#[test]
+fn stopped_pictures_leave_the_history() {
+    let indexes = files().iter().filter(|file| !file.live);
+    visit(indexes, Opening { still: false, ..STILL }, |_, _, page| {
+        let before = page.number("history.length");
+        for _ in 0..2 {
+            page.evaluate("tests.of('still').click()");
+            page.evaluate("tests.frames(20)");
+        }
+        let after = page.number("history.length");
+        unless(before == after, format!("{before} entries become {after}")).into_iter().collect()
+    });
+}
+
 /// WCAG 2.2, 1.4.3, in both schemes, with everything to be seen that can be.
 #[test]
 fn texts_have_contrast() {
@@ -296,8 +403,9 @@ fn energy_and_constraints_hold() {
         let errors = page.evaluate("tests.errors()");
         eprintln!("{}: {errors}", file.name);
         let [drift, residual, steps] =
-            ["drift", "residual", "steps"].map(|name| errors[name].as_f64().unwrap());
+            ["drift", "residual", "steps"].map(|name| errors[name].as_f64().unwrap_or(f64::NAN));
         let wrong = [
+            unless(errors["followed"] == true, "is not followed to its end"),
             unless(drift <= TOLERANCE * steps.max(1000.0), "energy drifts"),
             unless(residual <= 1e-9, "constraints do not hold"),
         ];

@@ -4,12 +4,14 @@
 mod bits;
 #[cfg(unix)]
 mod browser;
+mod constants;
 #[path = "../../models/double_pendulum.rs"]
 mod double_pendulum;
 mod engine;
 #[path = "../snapshots/models.rs"]
 mod models;
 mod motions;
+mod player;
 mod rust;
 #[cfg(unix)]
 mod shown;

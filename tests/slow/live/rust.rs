@@ -19,6 +19,28 @@ use crate::motions::BouncingBall;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
+/// Names that an address and Rust have for themselves.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: m)]
+pub(crate) struct Reserved {
+    pub(crate) method: f64,
+    pub(crate) accuracy: f64,
+    pub(crate) only: f64,
+    pub(crate) r#type: f64,
+}
+
+#[dynamics]
+impl Reserved {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * (self.method + self.accuracy) * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn potential(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * (self.only + self.r#type) * q.x.powi(2)
+    }
+}
+
 // The texts as they were copied, with their ends as values.
 
 fn double_pendulum() -> Result<State<DoublePendulum>> {
@@ -37,8 +59,8 @@ fn block() -> Result<State<Block>> {
     include!("copied/block.rs")
 }
 
-fn bouncing_ball() -> Result<State<BouncingBall>> {
-    include!("copied/bouncing_ball.rs")
+fn slipping_back() -> Result<State<Block>> {
+    include!("copied/slipping_back.rs")
 }
 
 fn particle() -> Result<State<Particle>> {
@@ -49,8 +71,16 @@ fn rigid_body() -> Result<State<RigidBody>> {
     include!("copied/rigid_body.rs")
 }
 
+fn reserved() -> Result<State<Reserved>> {
+    include!("copied/reserved.rs")
+}
+
+fn bouncing_ball() -> Result<State<BouncingBall>> {
+    include!("copied/bouncing_ball.rs")
+}
+
 /// The scripts of a page that print the text, after what its reader did to the `player`.
-fn copy<M: OpenLive>(page: &Live<'_, M>, acts: &str) -> Engine {
+pub(crate) fn copy<M: OpenLive>(page: &Live<'_, M>, acts: &str) -> Engine {
     let engine = Engine::new(page);
     // Without a clock nothing takes too long.
     engine.run::<()>("globalThis.performance = { now: () => 0 }");
@@ -142,6 +172,40 @@ fn a_copied_block_moves_alike() {
     compare("block", &copy(&page, ""), block(), 1e-6);
 }
 
+/// The other side of the same constraint, and an end after a start that is late.
+#[test]
+fn a_block_that_slips_back_moves_alike() {
+    let model = Block { m: 2.0, g: 9.81, slope: 0.2, friction: 0.3 };
+    let start = model.state().x_rate(-1.0).at_time(123_456.0).release("stick").build().unwrap();
+    let page = model.live(start).stick_slip("stick", "breakaway").until(123_457.5);
+    compare("slipping_back", &copy(&page, ""), slipping_back(), 1e-6);
+}
+
+/// Vectors.
+#[test]
+fn a_copied_particle_moves_alike() {
+    let (magnetic, electric) = ([0.1, 0.7, -0.4].into(), [0.3, 0.0, 0.2].into());
+    let model = Particle { mass: 1.7, charge: 0.8, magnetic, electric };
+    let page = model.live(model.state().x_rate(1.0).build().unwrap());
+    compare("particle", &copy(&page, ""), particle(), 1e-6);
+}
+
+/// A matrix.
+#[test]
+fn a_copied_body_moves_alike() {
+    let model = RigidBody { inertia: Mat3::diagonal(1.0, 2.0, 2.5) };
+    let page = model.live(model.state().tilt(1.0).yaw_rate(2.0).spin_rate(1.0).build().unwrap());
+    compare("rigid_body", &copy(&page, ""), rigid_body(), 1e-6);
+}
+
+/// Names that are words of Rust.
+#[test]
+fn copied_names_are_raw_where_they_must_be() {
+    let model = Reserved { method: 1.0, accuracy: 0.5, only: 2.0, r#type: 3.0 };
+    let page = model.live(model.state().x(1.0).build().unwrap());
+    compare("reserved", &copy(&page, ""), reserved(), 1e-6);
+}
+
 /// A contact and its law of impact.
 #[test]
 fn a_copied_ball_moves_alike() {
@@ -149,16 +213,4 @@ fn a_copied_ball_moves_alike() {
     let start = model.state().y(5.0).x_rate(1.0).release("ground").build().unwrap();
     let page = model.live(start).contact("ground", 0.5);
     compare("bouncing_ball", &copy(&page, ""), bouncing_ball(), 1e-6);
-}
-
-/// Vectors and matrices among the parameters.
-#[test]
-fn a_copied_particle_and_a_body_move_alike() {
-    let (magnetic, electric) = ([0.1, 0.7, -0.4].into(), [0.3, 0.0, 0.2].into());
-    let model = Particle { mass: 1.7, charge: 0.8, magnetic, electric };
-    let page = model.live(model.state().x_rate(1.0).build().unwrap());
-    compare("particle", &copy(&page, ""), particle(), 1e-6);
-    let model = RigidBody { inertia: Mat3::diagonal(1.0, 2.0, 2.5) };
-    let page = model.live(model.state().tilt(1.0).yaw_rate(2.0).spin_rate(1.0).build().unwrap());
-    compare("rigid_body", &copy(&page, ""), rigid_body(), 1e-6);
 }

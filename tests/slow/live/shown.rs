@@ -1,11 +1,12 @@
 //! Pages that are tested in a browser: one for every kind of structure that a page shows.
 
-use dynamics::live::OpenLive;
+use dynamics::live::{Gallery, OpenLive};
 use dynamics::prelude::*;
 
 use crate::double_pendulum::DoublePendulum;
 use crate::models::*;
 use crate::motions::{BouncingBall, andrews};
+use crate::rust::Reserved;
 // The prelude has one, too.
 use crate::models::RigidBody;
 
@@ -15,6 +16,15 @@ pub(crate) fn pages() -> Vec<(&'static str, String)> {
     pages.extend(constrained());
     pages.extend(unusual());
     pages
+}
+
+/// An index with two pictures.
+pub(crate) fn gallery() -> Gallery {
+    let tube = Tube { m: 0.2, hub: 1.5 };
+    let ball = BouncingBall { g: 10.0 };
+    let ball = ball.live(ball.state().y(5.0).build().unwrap()).contact("ground", 0.5).finish().unwrap();
+    let tube = tube.live(tube.state().build().unwrap()).finish().unwrap();
+    Gallery::new("Two pictures").chapter("Straight on").page("ball", ball).page("tube", tube)
 }
 
 /// Minimal coordinates: a damper, several starts, arrays, a spline, an input, a drive, space.
@@ -29,7 +39,10 @@ fn plain() -> Vec<(&'static str, String)> {
     let pivot = DrivenPivot { m: 0.2, l: 0.5, g: 9.81, amplitude: 0.03, omega: 40.0 };
     let bob = SphericalPendulum { m: 0.4, l: 1.2, g: 9.81 };
     vec![
-        ("pendulum", pendulum.live(pendulum.state().theta(1.0).build().unwrap()).to_html().unwrap()),
+        ("pendulum", {
+            let page = pendulum.live(pendulum.state().theta(1.0).build().unwrap());
+            page.range("g", 9.7805, 9.8325).to_html().unwrap()
+        }),
         ("double_pendulum", {
             let page = double.live(double.state().theta1(1.0).build().unwrap()).start("folded", folded);
             page.method(methods::Dop853).tolerance(1e-10).phase("theta2").to_html().unwrap()
@@ -88,6 +101,7 @@ fn unusual() -> Vec<(&'static str, String)> {
     let particle = Particle { mass: 1.7, charge: 0.8, magnetic, electric };
     let body = RigidBody { inertia: Mat3::diagonal(1.0, 2.0, 2.5) };
     let ball = Ball { mass: 0.145, k: 8.8e-4, g: 9.81 };
+    let reserved = Reserved { method: 1.0, accuracy: 0.5, only: 2.0, r#type: 3.0 };
     let tiny = Pendulum { m: 1e-27, l: 1e-9, g: 9.81, c: 0.0 };
     vec![
         ("masses", masses.live(masses.state().gap(0.3).y(0.2).build().unwrap()).to_html().unwrap()),
@@ -98,8 +112,9 @@ fn unusual() -> Vec<(&'static str, String)> {
         }),
         ("ball", {
             let start = ball.state().y(1.0).x_rate(20.0).y_rate(15.0).build().unwrap();
-            ball.live(start).plot(["speed"]).stop_at("ground").to_html().unwrap()
+            ball.live(start).plot(["speed"]).stop_at("ground", Direction::Falling).to_html().unwrap()
         }),
+        ("reserved", reserved.live(reserved.state().x(1.0).build().unwrap()).to_html().unwrap()),
         ("tiny", {
             let title = "A <b>tiny</b> \"pendulum\" & its </script> 'bob' of 10⁻²⁷ kg";
             tiny.live(tiny.state().theta(1.0).build().unwrap()).title(title).to_html().unwrap()

@@ -38,6 +38,7 @@ pub(crate) fn files() -> &'static [File] {
                 File::of(&path)
             })
             .collect();
+        files.push(File::of(&crate::shown::gallery().write(folder.join("gallery")).unwrap()));
         if let Some(gallery) = env::var_os("DYNAMICS_GALLERY") {
             files.extend(gallery_of(Path::new(&gallery)));
         }

@@ -164,8 +164,10 @@ const tests = {
       drift = Math.max(drift, Math.abs(instant.drift) / player.scale);
       residual = Math.max(residual, instant.residual);
     }
-    const { steps } = player.motion;
-    return { drift, residual, steps, t: player.time(player.last), reason: player.reason ?? "" };
+    const { steps } = player.motion, reason = player.reason ?? "";
+    // Ten seconds of playing, or an end that was asked for.
+    const followed = player.last === 600 || /ends at event|was to be followed/.test(reason);
+    return { drift, residual, steps, followed, t: player.time(player.last), reason };
   },
   choose(id, value) {
     const select = tests.of(id);
@@ -174,6 +176,46 @@ const tests = {
   },
   // What a slider says of a value that it does not take.
   refusal: (id) => tests.of(id).closest(".slider").querySelector(".refusal").textContent,
+  // Whether constraints hold the number of a slider of the start, as their Jacobian says.
+  isHeld(id) {
+    const [, part, digits] = /^([qu])(\d+)/.exec(id) ?? [];
+    if (!part) return false;
+    const { motion: { system }, start: { t, q, u } } = live.player, n = q.length;
+    const jacobian = system.value("jacobian", t, q, u), basis = [];
+    const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
+    // What is left of a vector beside the rows before.
+    const beside = (vector) => basis.reduce((v, b) => {
+      const along = dot(v, b);
+      return v.map((x, i) => x - along * b[i]);
+    }, vector);
+    for (let row = 0; row < (part === "q" ? system.holonomic : system.r); row++) {
+      const vector = Array.from(jacobian.slice(row * n, (row + 1) * n)), rest = beside(beside(vector));
+      const length = Math.sqrt(dot(rest, rest));
+      if (system.holds(row) && length > 1e-7 * Math.sqrt(dot(vector, vector))) {
+        basis.push(rest.map((x) => x / length));
+      }
+    }
+    const unit = Array.from(q, (x, i) => (i === Number(digits) ? 1 : 0)), rest = beside(beside(unit));
+    return dot(rest, rest) < 1e-12;
+  },
+  // Sliders of the start that show another number than that of the start.
+  staleStarts() {
+    const { q, u } = live.player.start, read = (text) => Number(text.replace("−", "-").split(" ")[0]);
+    return [["q", q], ["u", u]].flatMap(([part, values]) => Array.from(values).flatMap((value, i) => {
+      const shown = read(tests.of(part + i).getAttribute("aria-valuetext"));
+      const stale = Math.abs(shown - value) > 0.006 * Math.abs(value) + 1e-12;
+      return stale ? [`${part}${i} (${shown} instead of ${value})`] : [];
+    }));
+  },
+  // Links that nobody should send.
+  strangeLinks() {
+    const all = [...new URLSearchParams(live.link()).keys()].filter((key) => !key.startsWith("~"));
+    const every = (value) => new URLSearchParams(all.map((key) => [key, value])).toString();
+    return [
+      every("-1"), every("0"), every("1e300"), every("x") + "&~modes=7,7,7&%ZZ=%&&=",
+      "~method=toString&~accuracy=1e300&~t=1e9", "~method=dp5&~accuracy=1e-300",
+    ];
+  },
   sliders() {
     return tests.controls().filter(({ type, id }) => type === "range" && id !== "scrub").map(({ id }) => id);
   },
@@ -193,14 +235,18 @@ const tests = {
     const { left, right, top, bottom } = tests.of("picture").getBoundingClientRect();
     return x > left && x < right && y > top && y < bottom;
   },
-  // States of the next two seconds of playing that are possible at the time of the start, too.
+  // Shows the middle of the next two seconds of playing, and finds those of their states that are possible at
+  // its time, too.
   reachable() {
-    const { player } = live, { system } = player.motion, { t } = player.start;
+    const { player } = live, { system } = player.motion;
     let state = "more";
     while (state === "more" && player.last < 120) state = player.advance(Infinity);
     const states = player.instants.map(({ y }) => [y.slice(0, y.length / 2), y.slice(y.length / 2)]);
-    player.begin(player.start);
+    const scrub = tests.of("scrub");
+    scrub.value = scrub.max / 2;
+    scrub.dispatchEvent(new Event("input"));
     // A drive holds other places at other times.
+    const t = player.time();
     const residual = (state) => Array.from(system.value("residual", t, ...state) ?? []);
     tests.states = states.filter((state) => residual(state).every((x) => Math.abs(x) < 1e-6));
   },
@@ -223,7 +269,7 @@ const tests = {
       const taken = picture.handleAt(from[0] - corner[0], from[1] - corner[1], false);
       if (taken?.index !== handle.index) continue;
       const places = tests.states.map((state) => {
-        const all = system.value("points", player.start.t, ...state);
+        const all = system.value("points", player.time(), ...state);
         const [a, b, c] = all.slice(first, first + dimension);
         return tests.inWindow(dimension === 3 ? [a, b, c] : picture.space ? [a, 0, b] : [a, b]);
       });
