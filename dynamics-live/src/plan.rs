@@ -53,7 +53,7 @@ pub(crate) fn plan<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<
     let events = listed(M::EVENTS);
     let switched = || M::CONSTRAINTS.iter().filter(|constraint| constraint.switched.is_some());
     let names: Vec<String> = switched().map(|constraint| constraint.name.to_owned()).collect();
-    let constraint = |name: &String| {
+    let constraint = |name: &String| -> Result<&'static Constraint, LiveError> {
         let known = index("switched constraint", name, &names)?;
         Ok(switched().nth(known).expect("the names are those of the switched constraints"))
     };
@@ -282,4 +282,44 @@ fn plottable<M: SimulationModel + Portable>() -> Vec<String> {
     all.extend(rates.chain(listed(M::OUTPUTS)).chain(energies).chain(conserved).chain(listed(M::POWERS)));
     all.extend(M::ROWS.iter().map(|row| format!("lambda[{}]", row.name)));
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{SmoothFunction, fault};
+    use dynamics_runtime::smooth::{Outside, Pieces};
+
+    /// x³ with the pieces that it is given.
+    struct Cube(Vec<f64>, Vec<[f64; 4]>);
+
+    impl SmoothFunction for Cube {
+        fn derivatives(&self, x: f64) -> [f64; 4] {
+            [x * x * x, 3.0 * x * x, 6.0 * x, 6.0]
+        }
+        fn pieces(&self) -> Option<Pieces> {
+            let Self(knots, coefficients) = self;
+            let (knots, coefficients) = (knots.clone(), coefficients.clone());
+            Some(Pieces { knots, coefficients, outside: Outside::Unknown })
+        }
+    }
+
+    #[test]
+    fn pieces_are_those_of_their_function() {
+        let found = |knots: &[f64], coefficients: &[[f64; 4]]| {
+            let cube = Cube(knots.to_vec(), coefficients.to_vec());
+            fault(&cube, &cube.pieces().unwrap())
+        };
+        let (first, second) = ([0.0, 0.0, 0.0, 1.0], [1.0, 3.0, 3.0, 1.0]);
+        assert_eq!(found(&[0.0, 1.0, 2.0], &[first, second]), None);
+        for (knots, coefficients, text) in [
+            (vec![], vec![], "are 0 between 0 knots"),
+            (vec![0.0, 1.0], vec![first, second], "are 2 between 2 knots"),
+            (vec![0.0, f64::NAN], vec![first], "not finite"),
+            (vec![1.0, 1.0], vec![second], "do not increase: 1 is followed by 1"),
+            (vec![0.0, 1.0, 2.0], vec![first, first], "at 1.4 their value is"),
+        ] {
+            let fault = found(&knots, &coefficients).unwrap();
+            assert!(fault.contains(text), "{fault}");
+        }
+    }
 }
