@@ -206,7 +206,7 @@ class Picture {
       [left, right, down, up] = this.space.extent(corners);
     }
     // In the plane the choice of what to follow stands above, and may not lie on a point.
-    const above = this.space ? edge : Math.max(edge, 50);
+    const above = this.space || !this.numbered ? edge : Math.max(edge, 50);
     const across = width - 2 * edge - (words ? 60 : 0), upright = height - edge - above;
     const scale = Math.min(across / Math.max(right - left, 1e-300), upright / Math.max(up - down, 1e-300));
     const middle = (height + above - edge) / 2;

@@ -36,11 +36,11 @@ const tests = {
     const seen = document.elementFromPoint(x, y);
     return !(seen && (control.contains(seen) || seen.contains(control)));
   },
-  // Begins to take note of what has the focus; the number of controls.
+  // Begins to take note of what has the focus; the number of what can have it, as parts that scroll do, too.
   track() {
     tests.unfold();
     Object.assign(tests, { all: tests.controls(), met: new Set(), hidden: [] });
-    return tests.all.length;
+    return tests.all.length + document.querySelectorAll(".eq, pre").length;
   },
   // Whether all controls had the focus by now.
   meets() {
