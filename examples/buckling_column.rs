@@ -119,7 +119,7 @@ pub(crate) fn live() -> common::Page {
         .range("damper", 0.0, 20.0)
         .hold(["mass", "length"])
         .plot(["theta"])
-        .stop_at("lies")
+        .stop_at("lies", Direction::Rising)
         .finish()?)
 }
 

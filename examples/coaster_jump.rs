@@ -118,7 +118,7 @@ pub(crate) fn live() -> common::Page {
         .contact("rail", 0.0)
         .tolerance(1e-9)
         .plot(["y", "push"])
-        .stop_at("end_of_track")
+        .stop_at("end_of_track", Direction::Rising)
         .finish()?)
 }
 

@@ -78,7 +78,7 @@ pub(crate) fn live() -> common::Page {
         .range("g", 1.0, 25.0)
         .plot(["x", "y", "speed"])
         .phase("y")
-        .stop_at("ground")
+        .stop_at("ground", Direction::Falling)
         .finish()?)
 }
 

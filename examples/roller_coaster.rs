@@ -137,7 +137,7 @@ pub(crate) fn live() -> common::Page {
         .hold(["end"])
         .tolerance(1e-9)
         .plot(["rail", "speed"])
-        .stop_at("end_of_track")
+        .stop_at("end_of_track", Direction::Rising)
         .finish()?)
 }
 

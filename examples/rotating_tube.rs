@@ -74,7 +74,7 @@ pub(crate) fn live() -> common::Page {
         .range("omega", 0.2, 6.0)
         .tolerance(1e-10)
         .plot(["r", "torque"])
-        .stop_at("mouth")
+        .stop_at("mouth", Direction::Rising)
         .finish()?)
 }
 

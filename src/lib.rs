@@ -185,11 +185,11 @@ pub mod __private {
         pub use dynamics_families::state::{FamilyStateError, GivenState, Values};
         pub use std::vec::Vec;
     }
+    #[cfg(feature = "alloc")]
+    pub use dynamics_runtime::generated::Vec;
     pub use dynamics_runtime::series::{self, expand, expand_constrained};
     pub use dynamics_runtime::unconstrained;
     pub use dynamics_runtime::{Expr, SmoothFunction, math, sin_cos};
-    #[cfg(feature = "alloc")]
-    pub use dynamics_runtime::{generated::Vec, smooth::Pieces};
     pub use nalgebra::{ArrayStorage, SMatrix, SVector};
 
     /// Keeps its items where the façade has the feature `alloc`.

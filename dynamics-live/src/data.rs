@@ -3,46 +3,48 @@
 use std::fmt::Write;
 
 use dynamics_runtime::model::{
-    AssumptionKind, ConservedKind, ModelState, Portable, Quantity, SimulationModel, UnitDimension, Vector,
-    names,
+    AssumptionKind, ConservedKind, Constraint, ModelState, Portable, Quantity, SimulationModel,
+    UnitDimension, Vector, names,
 };
+use dynamics_runtime::simulate::Direction;
 use dynamics_runtime::smooth::{Outside, Pieces};
 use dynamics_view::text::{json, json_number, typeset};
 
-use crate::live::{Accuracy, Live, PageMethod};
-
-/// Tolerance of methods that choose their steps, where none is given.
-const DEFAULT_TOLERANCE: f64 = 1e-8;
-/// Step of methods with a fixed step, where none is given.
-const DEFAULT_STEP: f64 = 0.01;
+use crate::live::Live;
+use crate::plan::{Plan, Slider, field};
 
 /// `const MODEL`, as the scripts read it.
-pub(crate) fn data<M: SimulationModel + Portable>(live: &Live<'_, M>) -> String {
-    let symbols = M::SYMBOLS;
-    let (n, w) = (M::COORDINATES.len(), M::INPUTS.len());
-    let symbol = |i: usize| symbols.get(i).copied().unwrap_or_default();
+pub(crate) fn data<M: SimulationModel + Portable>(live: &Live<'_, M>, plan: &Plan) -> String {
+    let (n, w, p) = (M::COORDINATES.len(), M::INPUTS.len(), M::PARAMETERS.len());
+    debug_assert_eq!(M::SYMBOLS.len(), n + w + p, "one symbol for each coordinate, input and parameter");
+    debug_assert_eq!(plan.sliders.len(), p + w, "parameters, then inputs");
     let list = |items: Vec<String>| format!("[{}]", items.join(","));
-    let coordinates = M::COORDINATES.iter().enumerate().map(|(i, q)| {
+    let coordinates = M::COORDINATES.iter().zip(M::SYMBOLS).map(|(q, symbol)| {
         let angle = q.dimension == UnitDimension::Angle;
-        format!("{{{},\"symbol\":{},\"angle\":{angle}}}", named(q), json(symbol(i)))
+        format!("{{{},\"symbol\":{},\"angle\":{angle}}}", named(q), json(symbol))
     });
-    let inputs = M::INPUTS.iter().enumerate().map(|(i, q)| {
-        let value = live.starts.first().map_or(f64::NAN, |(_, s)| s.inputs().as_slice()[i]);
-        let value = if value.is_finite() { value } else { 0.0 };
-        adjustable(live, q, symbol(n + i), value)
+    let adjustable = |quantities: &[Quantity], symbols: &[&str], sliders: &[Slider]| {
+        let all = quantities.iter().zip(symbols).zip(sliders);
+        list(all.map(|((quantity, symbol), slider)| adjustable::<M>(quantity, symbol, slider)).collect())
+    };
+    let inputs = adjustable(M::INPUTS, &M::SYMBOLS[n..], &plan.sliders[p..]);
+    let parameters = adjustable(M::PARAMETERS, &M::SYMBOLS[n + w..], &plan.sliders);
+    let stops = plan.stops.iter().map(|(event, direction)| {
+        let direction = match direction {
+            Direction::Rising => 1,
+            Direction::Falling => -1,
+            Direction::Any => 0,
+        };
+        format!("{{\"event\":{event},\"direction\":{direction}}}")
     });
-    let parameters = M::PARAMETERS
-        .iter()
-        .enumerate()
-        .map(|(i, q)| adjustable(live, q, symbol(n + w + i), live.model.parameter(i).unwrap_or(f64::NAN)));
     let entries: Vec<(&str, String)> = vec![
         ("name", json(M::NAME)),
         ("title", json(&title(live))),
         ("about", json(M::DOCUMENTATION)),
         ("length_unit", json(names::length_unit::<M>())),
         ("coordinates", list(coordinates.collect())),
-        ("inputs", list(inputs.collect())),
-        ("parameters", list(parameters.collect())),
+        ("inputs", inputs),
+        ("parameters", parameters),
         ("outputs", plain(M::OUTPUTS)),
         ("events", plain(M::EVENTS)),
         ("powers", plain(M::POWERS)),
@@ -50,23 +52,22 @@ pub(crate) fn data<M: SimulationModel + Portable>(live: &Live<'_, M>) -> String 
         ("rows", rows::<M>()),
         ("assumptions", assumptions::<M>()),
         ("starts", starts(live)),
-        ("contacts", contacts(live)),
-        ("stick_slip", stick_slips(live)),
-        (
-            "stops",
-            list(live.stops.iter().filter_map(|name| event::<M>(name)).map(|i| i.to_string()).collect()),
-        ),
+        ("contacts", contacts(plan)),
+        ("stick_slip", stick_slips(plan)),
+        ("stops", list(stops.collect())),
         ("plots", list(live.plots.iter().map(|name| json(name)).collect())),
-        ("phase", phase(live).to_string()),
+        ("phase", plan.phase.to_string()),
         ("until", live.until.map_or_else(|| "null".to_owned(), json_number)),
         ("not_portable", list(M::NOT_PORTABLE.iter().map(|text| json(text)).collect())),
-        ("functions", list(live.model.pieces().iter().map(|p| pieces(p.as_ref())).collect())),
+        ("functions", list(plan.functions.iter().map(pieces).collect())),
     ];
     let mut out = String::from("{");
     for (key, value) in entries {
         let _ = write!(out, "\"{key}\":{value},\n");
     }
-    out.push_str(&method(live));
+    // Without a number the page takes a step from the motion's own time.
+    let accuracy = plan.accuracy.map_or_else(|| "null".to_owned(), json_number);
+    let _ = write!(out, "\"method\":{},\"accuracy\":{accuracy}", json(plan.method.key()));
     out.push('}');
     out
 }
@@ -76,18 +77,30 @@ pub(crate) fn title<M: SimulationModel + Portable>(live: &Live<'_, M>) -> String
     live.title.clone().unwrap_or_else(|| words(M::NAME))
 }
 
-/// `DoublePendulum` as `Double pendulum`.
+/// `DoublePendulum` as `Double pendulum`, `MBSModel` as `MBS model`, `Pendulum2D` as `Pendulum 2D`.
 fn words(name: &str) -> String {
-    let mut out = String::new();
-    for (i, c) in name.chars().enumerate() {
-        if i > 0 && c.is_uppercase() {
-            out.push(' ');
-            out.extend(c.to_lowercase());
-        } else {
-            out.push(c);
+    let letters: Vec<char> = name.chars().collect();
+    let is_lower = |i: usize| letters.get(i).is_some_and(|c| c.is_lowercase());
+    let begins = |i: usize| {
+        let (before, c) = (letters[i - 1], letters[i]);
+        match c {
+            c if c.is_uppercase() => before.is_lowercase() || is_lower(i + 1),
+            c if c.is_ascii_digit() => before.is_lowercase(),
+            _ => false,
+        }
+    };
+    let mut words: Vec<String> = Vec::new();
+    for (i, c) in letters.iter().enumerate() {
+        match words.last_mut() {
+            Some(word) if !begins(i) => word.push(*c),
+            _ => words.push(c.to_string()),
         }
     }
-    out
+    // What has small letters is a word, and not the short form of some.
+    for word in words.iter_mut().skip(1).filter(|word| word.chars().any(char::is_lowercase)) {
+        *word = word.to_lowercase();
+    }
+    words.join(" ")
 }
 
 fn named(quantity: &Quantity) -> String {
@@ -100,25 +113,16 @@ fn plain(quantities: &[Quantity]) -> String {
 }
 
 /// A parameter or an input, with its slider.
-fn adjustable<M: SimulationModel + Portable>(
-    live: &Live<'_, M>,
-    quantity: &Quantity,
-    symbol: &str,
-    value: f64,
-) -> String {
-    let range = live.ranges.iter().rev().find(|(name, _)| name == quantity.name);
-    let range = range.map_or_else(
-        || "null".to_owned(),
-        |(_, [from, to])| format!("[{},{}]", json_number(*from), json_number(*to)),
-    );
-    let field = quantity.name.split(['[', '.']).next().unwrap_or_default();
+fn adjustable<M: SimulationModel>(quantity: &Quantity, symbol: &str, slider: &Slider) -> String {
+    let range = slider.range.map_or_else(|| "null".to_owned(), numbers);
+    let field = field(quantity.name);
     let about = M::FIELD_DOCUMENTATION.iter().find(|(name, _)| *name == field).map_or("", |(_, text)| text);
     format!(
         "{{{},\"symbol\":{},\"value\":{},\"range\":{range},\"held\":{},\"about\":{}}}",
         named(quantity),
         json(symbol),
-        json_number(value),
-        live.held.iter().any(|name| name == quantity.name),
+        json_number(slider.value),
+        slider.held,
         json(about),
     )
 }
@@ -130,7 +134,7 @@ fn conserved<M: SimulationModel>() -> String {
             ConservedKind::EnergyFunction => "energy function",
             ConservedKind::Momentum => "momentum",
         };
-        format!("{{\"kind\":{},\"name\":{},\"unit\":{}}}", json(kind), json(c.name), json(c.unit))
+        format!("{{\"kind\":{},\"name\":{},\"unit\":{}}}", json(kind), json(c.name), json(&typeset(c.unit)))
     });
     format!("[{}]", items.collect::<Vec<_>>().join(","))
 }
@@ -138,11 +142,11 @@ fn conserved<M: SimulationModel>() -> String {
 fn rows<M: SimulationModel>() -> String {
     let items = M::ROWS.iter().enumerate().map(|(row, quantity)| {
         let owner = M::CONSTRAINTS.iter().find(|c| (c.first..c.first + c.rows).contains(&row));
-        let switched = owner.and_then(|c| c.switched).map_or_else(|| "null".to_owned(), |i| i.to_string());
+        let Constraint { name, switched, redundant, .. } = owner.expect("every row belongs to a constraint");
+        let switched = switched.map_or_else(|| "null".to_owned(), |i| i.to_string());
         let holonomic = row < M::Residual::LEN;
-        let redundant = owner.is_some_and(|c| c.redundant);
         let kind = format!("\"holonomic\":{holonomic},\"switched\":{switched},\"redundant\":{redundant}");
-        format!("{{{},{kind}}}", named(quantity))
+        format!("{{{},\"constraint\":{},{kind}}}", named(quantity), json(name))
     });
     format!("[{}]", items.collect::<Vec<_>>().join(","))
 }
@@ -193,43 +197,28 @@ fn starts<M: SimulationModel + Portable>(live: &Live<'_, M>) -> String {
     format!("[{}]", items.collect::<Vec<_>>().join(",\n"))
 }
 
-/// First row and mode of a switched constraint, as members of an object.
-fn switched<M: SimulationModel>(name: &str) -> Option<String> {
-    let constraint = M::CONSTRAINTS.iter().find(|c| c.name == name)?;
-    Some(format!("\"row\":{},\"mode\":{}", constraint.first, constraint.switched?))
+/// Name, first row and mode of a switched constraint, as members of an object.
+fn switched(constraint: &Constraint) -> String {
+    let mode = constraint.switched.expect("rules are those of switched constraints");
+    format!("\"name\":{},\"row\":{},\"mode\":{mode}", json(constraint.name), constraint.first)
 }
 
-fn event<M: SimulationModel>(name: &str) -> Option<usize> {
-    M::EVENTS.iter().position(|event| event.name == name)
-}
-
-fn contacts<M: SimulationModel + Portable>(live: &Live<'_, M>) -> String {
-    let items = live.contacts.iter().filter_map(|(name, law)| {
+fn contacts(plan: &Plan) -> String {
+    let items = plan.contacts.iter().map(|(constraint, law)| {
         let rest_speed = law.rest_speed.map_or_else(|| "null".to_owned(), json_number);
-        let (place, restitution) = (switched::<M>(name)?, json_number(law.restitution));
-        Some(format!(
-            "{{\"name\":{},{place},\"restitution\":{restitution},\"rest_speed\":{rest_speed}}}",
-            json(name)
-        ))
+        let restitution = json_number(law.restitution);
+        format!("{{{},\"restitution\":{restitution},\"rest_speed\":{rest_speed}}}", switched(constraint))
     });
     format!("[{}]", items.collect::<Vec<_>>().join(","))
 }
 
-fn stick_slips<M: SimulationModel + Portable>(live: &Live<'_, M>) -> String {
-    let items = live.stick_slips.iter().filter_map(|[name, breakaway]| {
-        let (place, event) = (switched::<M>(name)?, event::<M>(breakaway)?);
-        Some(format!("{{\"name\":{},{place},\"event\":{event}}}", json(name)))
-    });
+fn stick_slips(plan: &Plan) -> String {
+    let items = plan.stick_slips.iter();
+    let items = items.map(|(constraint, event)| format!("{{{},\"event\":{event}}}", switched(constraint)));
     format!("[{}]", items.collect::<Vec<_>>().join(","))
 }
 
-fn phase<M: SimulationModel + Portable>(live: &Live<'_, M>) -> usize {
-    let chosen = live.phase.as_ref().and_then(|name| M::COORDINATES.iter().position(|q| q.name == name));
-    chosen.unwrap_or(0)
-}
-
-fn pieces(pieces: Option<&Pieces>) -> String {
-    let Some(pieces) = pieces else { return "null".to_owned() };
+fn pieces(pieces: &Pieces) -> String {
     let outside = match pieces.outside {
         Outside::Unknown => "unknown",
         Outside::Linear => "linear",
@@ -245,19 +234,24 @@ fn pieces(pieces: Option<&Pieces>) -> String {
     )
 }
 
-/// Method and accuracy at the beginning.
-fn method<M: SimulationModel + Portable>(live: &Live<'_, M>) -> String {
-    let by_accuracy = match live.accuracy {
-        Some(Accuracy::Step(_)) => PageMethod::Rk4,
-        _ => PageMethod::DormandPrince,
-    };
-    let method = live.method.unwrap_or(by_accuracy);
-    let adaptive = matches!(method, PageMethod::DormandPrince | PageMethod::Dop853);
-    let accuracy = match live.accuracy {
-        Some(Accuracy::Tolerance(tolerance)) if adaptive => tolerance,
-        Some(Accuracy::Step(step)) if !adaptive => step,
-        _ if adaptive => DEFAULT_TOLERANCE,
-        _ => DEFAULT_STEP,
-    };
-    format!("\"method\":{},\"accuracy\":{}", json(method.key()), json_number(accuracy))
+#[cfg(test)]
+mod tests {
+    use super::words;
+
+    #[test]
+    fn names_of_types_become_words() {
+        for (name, text) in [
+            ("DoublePendulum", "Double pendulum"),
+            ("MBSModel", "MBS model"),
+            ("Pendulum2D", "Pendulum 2D"),
+            ("Pendulum2DModel", "Pendulum 2D model"),
+            ("ArmWithLQR", "Arm with LQR"),
+            ("FourBar40", "Four bar 40"),
+            ("R2Robot", "R2 robot"),
+            ("TShape", "T shape"),
+            ("Bead", "Bead"),
+        ] {
+            assert_eq!(words(name), text);
+        }
+    }
 }

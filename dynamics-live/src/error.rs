@@ -1,5 +1,6 @@
 //! Why there is no page.
 
+use dynamics_runtime::simulate::{OptionError, SimulationErrorKind};
 use dynamics_view::{FileError, suggest};
 
 /// A model or what was chosen for its page does not fit into one.
@@ -23,13 +24,38 @@ pub enum LiveError {
         /// Its field.
         name: String,
     },
-    /// A parameter of the model is not finite.
-    #[error("the parameter `{name}` is {value}; a page needs numbers")]
-    Parameter {
-        /// Its name.
+    /// The pieces of a smooth function are not those of a function, or of another one.
+    #[error("the pieces of the smooth function `{name}` {fault}")]
+    Pieces {
+        /// Its field.
         name: String,
+        /// What is wrong with them.
+        fault: String,
+    },
+    /// A simulation would refuse the model, its parameters, or what was declared for its motion.
+    #[error(transparent)]
+    Option(Box<OptionError>),
+    /// No simulation goes from a start.
+    #[error("the start `{start}` is refused: {source}")]
+    Start {
+        /// Its name.
+        start: String,
+        /// Why, as a simulation says it.
+        source: Box<SimulationErrorKind>,
+    },
+    /// An input of a start is infinite.
+    #[error("the input `{name}` is {value}; a page needs a number")]
+    Input {
+        /// Its name.
+        name: &'static str,
         /// Its value.
         value: f64,
+    },
+    /// An input has neither a slider nor a value.
+    #[error("the input `{name}` has no slider and no value; set it in every start, or do not `.hold(..)` it")]
+    HeldInput {
+        /// Its name.
+        name: &'static str,
     },
     /// There is nothing of this name.
     #[error("there is no {what} `{name}`{}", hint(.name, .known))]
@@ -49,9 +75,27 @@ pub enum LiveError {
         /// What was given.
         range: [f64; 2],
     },
+    /// The value of a parameter or an input is not between the ends of its slider.
+    #[error("the slider of `{name}` goes from {} to {} and cannot show its value, {value}", .range[0], .range[1])]
+    OutOfRange {
+        /// Its name.
+        name: &'static str,
+        /// The ends that were given.
+        range: [f64; 2],
+        /// Its value; 0 for an input that is not set.
+        value: f64,
+    },
+    /// A tolerance or a step that the method does not have.
+    #[error("{given}; {remedy}")]
+    Accuracy {
+        /// What was given.
+        given: &'static str,
+        /// What to give instead.
+        remedy: &'static str,
+    },
     /// A number that was chosen is out of its range.
     #[error("{option} is {value}; it has to be {range}")]
-    Option {
+    Number {
         /// Which.
         option: &'static str,
         /// What was given.

@@ -165,6 +165,8 @@ mod tests {
     fn a_sentence_ends_before_a_capital_letter() {
         assert_eq!(first_sentence("Swings at approx.\ntwo hertz.\nDrag it."), "Swings at approx. two hertz.");
         assert_eq!(first_sentence("One bob"), "One bob");
+        assert_eq!(first_sentence("Two bobs on\ntwo rods.\nDrag one."), "Two bobs on two rods.");
+        assert_eq!(first_sentence("Rods of 0.5 m. Bobs."), "Rods of 0.5 m.");
     }
 
     #[test]

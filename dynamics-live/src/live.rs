@@ -4,7 +4,7 @@ use std::path::Path;
 
 use dynamics_runtime::methods;
 use dynamics_runtime::model::{Portable, SimulationModel, State};
-use dynamics_runtime::simulate::Contact;
+use dynamics_runtime::simulate::{Contact, Direction};
 use dynamics_view::file::{self, Content};
 
 use crate::data;
@@ -23,7 +23,8 @@ pub trait OpenLive: SimulationModel + Portable {
 
 impl<M: SimulationModel + Portable> OpenLive for M {}
 
-/// A method that pages have. Others are [refused by the compiler](methods).
+/// A method that pages have. Those of [`methods`] that pages have, too, convert into it; the compiler refuses the
+/// others. The implicit midpoint rule has this name alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PageMethod {
@@ -44,6 +45,11 @@ pub enum PageMethod {
 }
 
 impl PageMethod {
+    /// Whether it chooses its steps, by a tolerance.
+    pub(crate) const fn is_adaptive(self) -> bool {
+        matches!(self, Self::DormandPrince | Self::Dop853)
+    }
+
     /// Its name in the scripts.
     pub(crate) const fn key(self) -> &'static str {
         match self {
@@ -77,13 +83,6 @@ from_methods! {
     SemiImplicitEuler => SemiImplicitEuler,
 }
 
-/// How accurate the motion of a page is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Accuracy {
-    Tolerance(f64),
-    Step(f64),
-}
-
 /// A live page that can still be changed.
 #[must_use]
 pub struct Live<'a, M: SimulationModel + Portable> {
@@ -93,13 +92,14 @@ pub struct Live<'a, M: SimulationModel + Portable> {
     pub(crate) ranges: Vec<(String, [f64; 2])>,
     pub(crate) held: Vec<String>,
     pub(crate) method: Option<PageMethod>,
-    pub(crate) accuracy: Option<Accuracy>,
+    pub(crate) tolerance: Option<f64>,
+    pub(crate) step: Option<f64>,
     pub(crate) plots: Vec<String>,
     pub(crate) phase: Option<String>,
     pub(crate) until: Option<f64>,
     pub(crate) contacts: Vec<(String, Contact)>,
     pub(crate) stick_slips: Vec<[String; 2]>,
-    pub(crate) stops: Vec<String>,
+    pub(crate) stops: Vec<(String, Direction)>,
 }
 
 impl<'a, M: SimulationModel + Portable> Live<'a, M> {
@@ -112,7 +112,8 @@ impl<'a, M: SimulationModel + Portable> Live<'a, M> {
             ranges: Vec::new(),
             held: Vec::new(),
             method: None,
-            accuracy: None,
+            tolerance: None,
+            step: None,
             plots: Vec::new(),
             phase: None,
             until: None,
@@ -140,14 +141,14 @@ impl<'a, M: SimulationModel + Portable> Live<'a, M> {
         self
     }
 
-    /// The ends of the slider of a parameter or an input. By default a positive parameter's goes from a tenth
-    /// to ten times its value.
+    /// The ends of the slider of a parameter or an input, its value between them; the name of a field stands for
+    /// all its elements. By default a positive parameter's goes from a tenth to ten times its value.
     pub fn range(mut self, name: impl Into<String>, from: f64, to: f64) -> Self {
         self.ranges.push((name.into(), [from, to]));
         self
     }
 
-    /// Parameters or inputs that have no slider.
+    /// Parameters or inputs that have no slider; the name of a field stands for all its elements.
     pub fn hold<S: Into<String>>(mut self, names: impl IntoIterator<Item = S>) -> Self {
         self.held.extend(names.into_iter().map(Into::into));
         self
@@ -161,17 +162,20 @@ impl<'a, M: SimulationModel + Portable> Live<'a, M> {
 
     /// The tolerance at the beginning, of methods that choose their steps. Default 1e-8.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
-        self.accuracy = Some(Accuracy::Tolerance(tolerance));
+        self.tolerance = Some(tolerance);
         self
     }
 
-    /// The step at the beginning, of methods with a fixed step. Default 0.01.
+    /// The step at the beginning, of methods with a fixed step. By default the page takes a hundredth of a second
+    /// of playing.
     pub fn step(mut self, step: f64) -> Self {
-        self.accuracy = Some(Accuracy::Step(step));
+        self.step = Some(step);
         self
     }
 
-    /// Quantities that are plotted over time: coordinates, velocities as `theta_rate`, outputs, `energy`.
+    /// Quantities that are plotted over time: coordinates, velocities as `theta_rate` or `theta_rate[3]`, outputs,
+    /// conserved quantities, powers, `energy`, `kinetic energy`, `potential energy`, reactions as
+    /// `lambda[closure.x]`.
     pub fn plot<S: Into<String>>(mut self, names: impl IntoIterator<Item = S>) -> Self {
         self.plots.extend(names.into_iter().map(Into::into));
         self
@@ -203,17 +207,17 @@ impl<'a, M: SimulationModel + Portable> Live<'a, M> {
         self
     }
 
-    /// Ends the motion where an event of the model happens.
-    pub fn stop_at(mut self, event: impl Into<String>) -> Self {
-        self.stops.push(event.into());
+    /// Ends the motion at the first crossing of an event of the model in the given direction, as
+    /// [`Simulation::stop_at`](dynamics_runtime::simulate::Simulation::stop_at) does.
+    pub fn stop_at(mut self, event: impl Into<String>, direction: Direction) -> Self {
+        self.stops.push((event.into(), direction));
         self
     }
 
     /// The data of the page, as the scripts read them. Public for the tests of the library alone.
     #[doc(hidden)]
     pub fn to_json(&self) -> Result<String, LiveError> {
-        plan::check(self)?;
-        Ok(data::data(self))
+        Ok(data::data(self, &plan::plan(self)?))
     }
 
     /// The page as text.
@@ -230,8 +234,7 @@ impl<'a, M: SimulationModel + Portable> Live<'a, M> {
     /// # Errors
     /// What does not fit into a page, by name.
     pub fn finish(&self) -> Result<LivePage, LiveError> {
-        plan::check(self)?;
-        Ok(page::page(self))
+        Ok(page::page(self, &plan::plan(self)?))
     }
 
     /// Writes the page and creates the folders of its path. Nothing is written where the model or a choice

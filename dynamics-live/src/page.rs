@@ -6,17 +6,17 @@ use dynamics_view::text::xml;
 
 use crate::data;
 use crate::live::{Live, LivePage};
+use crate::plan::Plan;
 use crate::scripts::{Parts, motion_script_of, page_script, style};
 
 /// The finished page.
-pub(crate) fn page<M: SimulationModel + Portable>(live: &Live<'_, M>) -> LivePage {
-    let data = data::data(live);
+pub(crate) fn page<M: SimulationModel + Portable>(live: &Live<'_, M>, plan: &Plan) -> LivePage {
+    let data = data::data(live, plan);
     let title = data::title(live);
     let about = first_paragraph(M::DOCUMENTATION).to_owned();
     let parts = Parts {
         constraints: !M::ROWS.is_empty(),
-        // As the programs have it: the library follows no more than some kinks of a model.
-        kinks: M::JAVASCRIPT.contains("kink_functions"),
+        kinks: M::HAS_KINKS,
         events: !(M::EVENTS.is_empty() && live.contacts.is_empty() && live.stick_slips.is_empty()),
     };
     let html = fill(
@@ -29,15 +29,10 @@ pub(crate) fn page<M: SimulationModel + Portable>(live: &Live<'_, M>) -> LivePag
             ("motion", &motion_script_of(parts)),
             ("programs", M::JAVASCRIPT),
             ("model", &data),
-            ("page", &page_script(is_spatial::<M>())),
+            ("page", &page_script(M::SPATIAL)),
         ],
     );
     LivePage { title, about, html }
-}
-
-/// Whether the picture shows anything of space, as the programs say.
-fn is_spatial<M: Portable>() -> bool {
-    M::JAVASCRIPT.contains("space: true")
 }
 
 /// What a page says of a model under its title.

@@ -1,117 +1,325 @@
 //! What a page can hold, and what not: everything is refused here, before a file exists.
 
-use dynamics_runtime::model::{ModelState, Portable, SimulationModel, Vector};
+use dynamics_runtime::model::{Constraint, ModelState, Portable, Quantity, SimulationModel, Vector, names};
+use dynamics_runtime::simulate::{Contact, Direction, Simulate as _, SimulationErrorKind};
+use dynamics_runtime::smooth::{Pieces, SmoothFunction};
 
 use crate::error::LiveError;
-use crate::live::{Accuracy, Live};
+use crate::live::{Live, PageMethod};
 
-/// Checks the model and all that was chosen for it.
-pub(crate) fn check<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<(), LiveError> {
-    portable(live.model)?;
-    finite(live)?;
-    let names = Names::of::<M>();
-    for (name, range) in &live.ranges {
-        known("parameter or input", name, &names.adjustable)?;
-        if !(range[0] < range[1] && range.iter().all(|end| end.is_finite())) {
-            return Err(LiveError::Range { name: name.clone(), range: *range });
-        }
-    }
-    live.held.iter().try_for_each(|name| known("parameter or input", name, &names.adjustable))?;
-    live.plots.iter().try_for_each(|name| known("quantity", name, &names.plottable))?;
-    live.phase.iter().try_for_each(|name| known("coordinate", name, &names.coordinates))?;
-    live.contacts.iter().try_for_each(|(name, _)| known("switched constraint", name, &names.switched))?;
-    for [constraint, event] in &live.stick_slips {
-        known("switched constraint", constraint, &names.switched)?;
-        known("event", event, &names.events)?;
-    }
-    live.stops.iter().try_for_each(|name| known("event", name, &names.events))?;
-    options(live)
+/// Tolerance of methods that choose their steps, where none is given.
+const DEFAULT_TOLERANCE: f64 = 1e-8;
+/// Largest difference of a function's pieces from its derivatives, of the size of their terms.
+const SAME_PIECE: f64 = 1e-9;
+/// Where in a piece both are compared: a part of its length that is no place of symmetry.
+const COMPARED_PART: f64 = 0.4;
+
+/// What was chosen for a page, by indices.
+pub(crate) struct Plan {
+    /// Of the parameters, then of the inputs.
+    pub(crate) sliders: Vec<Slider>,
+    pub(crate) method: PageMethod,
+    /// Its tolerance or step; of a fixed step that was not given the page takes a part of the motion's own time.
+    pub(crate) accuracy: Option<f64>,
+    /// The coordinate of the phase plane.
+    pub(crate) phase: usize,
+    pub(crate) contacts: Vec<(&'static Constraint, Contact)>,
+    /// Each with its breakaway event.
+    pub(crate) stick_slips: Vec<(&'static Constraint, usize)>,
+    pub(crate) stops: Vec<(usize, Direction)>,
+    pub(crate) functions: Vec<Pieces>,
 }
 
-fn portable<M: SimulationModel + Portable>(model: &M) -> Result<(), LiveError> {
+/// A parameter or an input.
+#[derive(Clone, Debug)]
+pub(crate) struct Slider {
+    /// Its value in the model or in the first start; 0 for an input that is not set.
+    pub(crate) value: f64,
+    /// The ends that were given.
+    pub(crate) range: Option<[f64; 2]>,
+    /// Whether there is no slider.
+    pub(crate) held: bool,
+}
+
+/// Checks the model and all that was chosen for it.
+pub(crate) fn plan<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<Plan, LiveError> {
     if M::JAVASCRIPT.is_empty() {
         let reasons = M::NOT_PORTABLE.iter().map(|&reason| reason.to_owned()).collect();
         return Err(LiveError::NotPortable { model: M::NAME, reasons });
     }
-    let missing = model.pieces().iter().position(Option::is_none);
-    match missing {
-        Some(index) => Err(LiveError::Function { name: M::FUNCTIONS[index].to_owned() }),
-        None => Ok(()),
+    let functions = functions(live.model)?;
+    let plottable = plottable::<M>();
+    live.plots.iter().try_for_each(|name| index("quantity", name, &plottable).map(|_| ()))?;
+    let events = listed(M::EVENTS);
+    let switched = || M::CONSTRAINTS.iter().filter(|constraint| constraint.switched.is_some());
+    let names: Vec<String> = switched().map(|constraint| constraint.name.to_owned()).collect();
+    let constraint = |name: &String| -> Result<&'static Constraint, LiveError> {
+        let known = index("switched constraint", name, &names)?;
+        Ok(switched().nth(known).expect("the names are those of the switched constraints"))
+    };
+    let event = |name: &String| index("event", name, &events);
+    let contacts = live.contacts.iter().map(|(name, law)| Ok((constraint(name)?, *law)));
+    let stick_slips = live.stick_slips.iter().map(|[name, of]| Ok((constraint(name)?, event(of)?)));
+    let stops = live.stops.iter().map(|(name, direction)| Ok((event(name)?, *direction)));
+    let phase = live.phase.iter().map(|name| index("coordinate", name, &listed(M::COORDINATES))).next();
+    let (method, accuracy) = method(live)?;
+    let plan = Plan {
+        method,
+        accuracy,
+        phase: phase.transpose()?.unwrap_or(0),
+        contacts: contacts.collect::<Result<_, LiveError>>()?,
+        stick_slips: stick_slips.collect::<Result<_, LiveError>>()?,
+        stops: stops.collect::<Result<_, LiveError>>()?,
+        functions,
+        sliders: sliders(live)?,
+    };
+    end(live)?;
+    live.starts.iter().try_for_each(|(name, start)| can_begin(live, name, start))?;
+    Ok(plan)
+}
+
+/// What the library's own simulation would refuse is refused with its error.
+fn can_begin<M: SimulationModel + Portable>(
+    live: &Live<'_, M>,
+    name: &str,
+    start: &M::State,
+) -> Result<(), LiveError> {
+    let mut start = *start;
+    // Inputs that are not set have sliders, which begin at 0.
+    start.inputs_mut().as_mut_slice().iter_mut().filter(|x| x.is_nan()).for_each(|x| *x = 0.0);
+    let mut simulation = live.model.simulate(start);
+    for (constraint, law) in &live.contacts {
+        simulation = simulation.contact(constraint, *law);
+    }
+    for [constraint, event] in &live.stick_slips {
+        simulation = simulation.stick_slip(constraint, event);
+    }
+    for (event, direction) in &live.stops {
+        simulation = simulation.stop_at(event, *direction);
+    }
+    simulation.check_beginning().map_err(|error| match error.kind {
+        SimulationErrorKind::Option(error) => LiveError::Option(Box::new(error)),
+        kind => LiveError::Start { start: name.to_owned(), source: Box::new(kind) },
+    })
+}
+
+/// The pieces of the smooth functions.
+fn functions<M: Portable>(model: &M) -> Result<Vec<Pieces>, LiveError> {
+    let of = |(name, function): (&&str, &dyn SmoothFunction)| {
+        let name = (*name).to_owned();
+        let Some(pieces) = function.pieces() else { return Err(LiveError::Function { name }) };
+        match fault(function, &pieces) {
+            Some(fault) => Err(LiveError::Pieces { name, fault }),
+            None => Ok(pieces),
+        }
+    };
+    M::FUNCTIONS.iter().zip(model.smooth_functions()).map(of).collect()
+}
+
+/// What is wrong with the pieces of a function, in words.
+fn fault(function: &dyn SmoothFunction, pieces: &Pieces) -> Option<String> {
+    let Pieces { knots, coefficients, .. } = pieces;
+    let (ends, count) = (knots.len(), coefficients.len());
+    if count == 0 || ends != count + 1 {
+        return Some(format!("are {count} between {ends} knots; there is one between each two knots"));
+    }
+    if !knots.iter().chain(coefficients.as_flattened()).all(|x| x.is_finite()) {
+        return Some("have a knot or a coefficient that is not finite".to_owned());
+    }
+    if let Some(pair) = knots.windows(2).find(|pair| pair[0] >= pair[1]) {
+        return Some(format!("have knots that do not increase: {} is followed by {}", pair[0], pair[1]));
+    }
+    knots.windows(2).zip(coefficients).find_map(|(ends, piece)| {
+        let d = COMPARED_PART * (ends[1] - ends[0]);
+        let [a, b, c, e] = *piece;
+        let terms = [
+            [a, b * d, c * d * d, e * d * d * d],
+            [b, 2.0 * c * d, 3.0 * e * d * d, 0.0],
+            [2.0 * c, 6.0 * e * d, 0.0, 0.0],
+            [6.0 * e, 0.0, 0.0, 0.0],
+        ];
+        let known = function.derivatives(ends[0] + d);
+        let order = (0..4).find(|&order| {
+            let (value, size) =
+                (terms[order].iter().sum::<f64>(), terms[order].map(f64::abs).iter().sum::<f64>());
+            // Not a number is no agreement.
+            let agree = (value - known[order]).abs() <= SAME_PIECE * size.max(known[order].abs());
+            !agree
+        })?;
+        let (x, value) = (ends[0] + d, terms[order].iter().sum::<f64>());
+        let derivative = ["value", "first derivative", "second derivative", "third derivative"][order];
+        let known = known[order];
+        Some(format!("do not agree with `derivatives`: at {x} their {derivative} is {value}, not {known}"))
+    })
+}
+
+fn sliders<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<Vec<Slider>, LiveError> {
+    // A value that the model does not tell is refused with the parameter's name by the simulation's checks.
+    let parameters = (0..M::PARAMETERS.len()).map(|i| live.model.parameter(i).unwrap_or(f64::NAN));
+    let inputs = live.starts[0].1.inputs().as_slice().iter().map(|x| if x.is_nan() { 0.0 } else { *x });
+    let sliders = parameters.chain(inputs).map(|value| Slider { value, range: None, held: false });
+    let mut sliders: Vec<Slider> = sliders.collect();
+    let quantities: Vec<&Quantity> = M::PARAMETERS.iter().chain(M::INPUTS).collect();
+    for (name, range) in &live.ranges {
+        if !(range[0] < range[1] && range.iter().all(|end| end.is_finite())) {
+            return Err(LiveError::Range { name: name.clone(), range: *range });
+        }
+        for i in called(name, &quantities)? {
+            sliders[i].range = Some(*range);
+        }
+    }
+    for name in &live.held {
+        called(name, &quantities)?.into_iter().for_each(|i| sliders[i].held = true);
+    }
+    for (i, slider) in sliders.iter().enumerate() {
+        let name = quantities[i].name;
+        let input = i.checked_sub(M::PARAMETERS.len());
+        let values =
+            live.starts.iter().filter_map(|(_, start)| start.inputs().as_slice().get(input?).copied());
+        for value in values {
+            if value.is_infinite() {
+                return Err(LiveError::Input { name, value });
+            }
+            if value.is_nan() && slider.held {
+                return Err(LiveError::HeldInput { name });
+            }
+            contained(name, slider, if value.is_nan() { 0.0 } else { value })?;
+        }
+        if input.is_none() && slider.value.is_finite() {
+            contained(name, slider, slider.value)?;
+        }
+    }
+    Ok(sliders)
+}
+
+fn contained(name: &'static str, slider: &Slider, value: f64) -> Result<(), LiveError> {
+    match slider.range {
+        Some([from, to]) if !(from..=to).contains(&value) => {
+            Err(LiveError::OutOfRange { name, range: [from, to], value })
+        }
+        _ => Ok(()),
     }
 }
 
-/// States are finite where they were built; inputs that were not set are NaN and have sliders.
-fn finite<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<(), LiveError> {
-    for (index, quantity) in M::PARAMETERS.iter().enumerate() {
-        let value = live.model.parameter(index).unwrap_or(f64::NAN);
-        if !value.is_finite() {
-            return Err(LiveError::Parameter { name: quantity.name.to_owned(), value });
-        }
-    }
-    for (_, state) in &live.starts {
-        let numbers = state.q().as_slice().iter().chain(state.u().as_slice()).copied();
-        if let Some(value) = numbers.chain([state.t()]).find(|x| !x.is_finite()) {
-            return Err(LiveError::Option { option: "a number of the start", value, range: "finite" });
-        }
-    }
-    Ok(())
+/// The name of a field in that of its element: `mass` of `mass[2]`, `lean` of `lean.x`.
+pub(crate) fn field(name: &str) -> &str {
+    name.split(['[', '.']).next().unwrap_or(name)
 }
 
-fn options<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<(), LiveError> {
-    let refuse = |option, value, range| Err(LiveError::Option { option, value, range });
-    match live.accuracy {
-        Some(Accuracy::Tolerance(value)) if !(1e-14..=0.1).contains(&value) => {
-            return refuse("the tolerance", value, "between 1e-14 and 0.1");
-        }
-        Some(Accuracy::Step(value)) if !(value > 0.0 && value.is_finite()) => {
-            return refuse("the step", value, "a positive number");
-        }
-        _ => {}
+/// The quantities that a name stands for: one, or all elements of a field.
+fn called(name: &str, quantities: &[&Quantity]) -> Result<Vec<usize>, LiveError> {
+    let of = |i: &usize| quantities[*i].name == name || field(quantities[*i].name) == name;
+    let found: Vec<usize> = (0..quantities.len()).filter(of).collect();
+    if !found.is_empty() {
+        return Ok(found);
     }
-    if let Some(end) = live.until
-        && !(end.is_finite() && live.starts.iter().all(|(_, start)| end > start.t()))
-    {
-        return refuse("the end of the motion", end, "a time after the start");
-    }
-    for (_, law) in &live.contacts {
-        if !(0.0..=1.0).contains(&law.restitution) {
-            return refuse("the coefficient of restitution", law.restitution, "between 0 and 1");
-        }
-    }
-    Ok(())
+    let known: Vec<String> = quantities.iter().map(|quantity| quantity.name.to_owned()).collect();
+    Err(LiveError::UnknownName { what: "parameter or input", name: name.to_owned(), known })
 }
 
-fn known(what: &'static str, name: &str, known: &[String]) -> Result<(), LiveError> {
-    if known.iter().any(|other| other == name) {
-        return Ok(());
+/// Method and accuracy at the beginning.
+fn method<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<(PageMethod, Option<f64>), LiveError> {
+    let number = |option, value, admissible: bool, range| {
+        if admissible { Ok(()) } else { Err(LiveError::Number { option, value, range }) }
+    };
+    if let Some(tolerance) = live.tolerance {
+        let range = "between 1e-14 and 0.1";
+        number("the tolerance", tolerance, (1e-14..=0.1).contains(&tolerance), range)?;
     }
-    Err(LiveError::UnknownName { what, name: name.to_owned(), known: known.to_vec() })
+    if let Some(step) = live.step {
+        number("the step", step, step > 0.0 && step.is_finite(), "a positive number")?;
+    }
+    let accuracy = |given, remedy| Err(LiveError::Accuracy { given, remedy });
+    let method = live.method.unwrap_or(match live.step {
+        Some(_) => PageMethod::Rk4,
+        None => PageMethod::DormandPrince,
+    });
+    match (live.tolerance, live.step) {
+        (Some(_), Some(_)) => {
+            accuracy("`.tolerance(..)` and `.step(..)` are given for one motion", "drop one of them")
+        }
+        (Some(_), None) if !method.is_adaptive() => accuracy(
+            "`.tolerance(..)` is given, and the method has a fixed step",
+            "give `.step(..)`, or `.method(..)` one that chooses its steps, as `methods::Dop853`",
+        ),
+        (None, Some(_)) if method.is_adaptive() => accuracy(
+            "`.step(..)` is given, and the method chooses its steps",
+            "give `.tolerance(..)`, or `.method(..)` one with a fixed step, as `methods::Rk4`",
+        ),
+        (tolerance, step) => {
+            let usual = if method.is_adaptive() { Some(DEFAULT_TOLERANCE) } else { None };
+            Ok((method, tolerance.or(step).or(usual)))
+        }
+    }
 }
 
-/// Names of a model, as what a page asks for.
-struct Names {
-    coordinates: Vec<String>,
-    adjustable: Vec<String>,
-    plottable: Vec<String>,
-    switched: Vec<String>,
-    events: Vec<String>,
+fn end<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<(), LiveError> {
+    match live.until {
+        Some(value) if !(value.is_finite() && live.starts.iter().all(|(_, start)| value > start.t())) => {
+            Err(LiveError::Number { option: "the end of the motion", value, range: "a time after the start" })
+        }
+        _ => Ok(()),
+    }
 }
 
-impl Names {
-    fn of<M: SimulationModel + Portable>() -> Self {
-        let names = |list: &[dynamics_runtime::model::Quantity]| {
-            list.iter().map(|quantity| quantity.name.to_owned()).collect::<Vec<_>>()
+/// The place of a name among those that there are.
+fn index(what: &'static str, name: &str, known: &[String]) -> Result<usize, LiveError> {
+    let found = known.iter().position(|other| other == name);
+    found.ok_or_else(|| LiveError::UnknownName { what, name: name.to_owned(), known: known.to_vec() })
+}
+
+fn listed(list: &[Quantity]) -> Vec<String> {
+    list.iter().map(|quantity| quantity.name.to_owned()).collect()
+}
+
+/// The names of what can be plotted over time, as tables of motions have them.
+fn plottable<M: SimulationModel + Portable>() -> Vec<String> {
+    let rates = M::COORDINATES.iter().map(|q| names::suffixed(q.name, "_rate"));
+    let energies: &[&str] = if M::HAS_ENERGIES { &["kinetic energy", "potential energy"] } else { &[] };
+    let energies = ["energy"].iter().chain(energies).map(|&name| name.to_owned());
+    let conserved = M::CONSERVED.iter().map(|quantity| quantity.name.to_owned());
+    let mut all = listed(M::COORDINATES);
+    all.extend(rates.chain(listed(M::OUTPUTS)).chain(energies).chain(conserved).chain(listed(M::POWERS)));
+    all.extend(M::ROWS.iter().map(|row| format!("lambda[{}]", row.name)));
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{SmoothFunction, fault};
+    use dynamics_runtime::smooth::{Outside, Pieces};
+
+    /// x³ with the pieces that it is given.
+    struct Cube(Vec<f64>, Vec<[f64; 4]>);
+
+    impl SmoothFunction for Cube {
+        fn derivatives(&self, x: f64) -> [f64; 4] {
+            [x * x * x, 3.0 * x * x, 6.0 * x, 6.0]
+        }
+        fn pieces(&self) -> Option<Pieces> {
+            let Self(knots, coefficients) = self;
+            let (knots, coefficients) = (knots.clone(), coefficients.clone());
+            Some(Pieces { knots, coefficients, outside: Outside::Unknown })
+        }
+    }
+
+    #[test]
+    fn pieces_are_those_of_their_function() {
+        let found = |knots: &[f64], coefficients: &[[f64; 4]]| {
+            let cube = Cube(knots.to_vec(), coefficients.to_vec());
+            fault(&cube, &cube.pieces().unwrap())
         };
-        let coordinates = names(M::COORDINATES);
-        let rates = coordinates.iter().map(|name| format!("{name}_rate"));
-        let plottable = coordinates.iter().cloned().chain(rates).chain(names(M::OUTPUTS));
-        let switched = M::CONSTRAINTS.iter().filter(|c| c.switched.is_some()).map(|c| c.name.to_owned());
-        Self {
-            plottable: plottable.chain(["energy".to_owned()]).collect(),
-            adjustable: names(M::PARAMETERS).into_iter().chain(names(M::INPUTS)).collect(),
-            switched: switched.collect(),
-            events: names(M::EVENTS),
-            coordinates,
+        let (first, second) = ([0.0, 0.0, 0.0, 1.0], [1.0, 3.0, 3.0, 1.0]);
+        assert_eq!(found(&[0.0, 1.0, 2.0], &[first, second]), None);
+        for (knots, coefficients, text) in [
+            (vec![], vec![], "are 0 between 0 knots"),
+            (vec![0.0, 1.0], vec![first, second], "are 2 between 2 knots"),
+            (vec![0.0, f64::NAN], vec![first], "not finite"),
+            (vec![1.0, 1.0], vec![second], "do not increase: 1 is followed by 1"),
+            (vec![0.0, 1.0, 2.0], vec![first, first], "at 1.4 their value is"),
+        ] {
+            let fault = found(&knots, &coefficients).unwrap();
+            assert!(fault.contains(text), "{fault}");
         }
     }
 }

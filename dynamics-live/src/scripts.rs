@@ -16,7 +16,7 @@ pub(crate) struct Parts {
 
 /// What computes, in the order in which it has to be read, and whether a model with these parts needs it. It knows
 /// nothing of pages.
-const MOTION: [(&str, fn(Parts) -> bool); 20] = [
+const MOTION: [(&str, fn(Parts) -> bool); 23] = [
     (include_str!("motion/numbers.js"), |_| true),
     (include_str!("motion/methods.js"), |_| true),
     (include_str!("motion/linear.js"), |_| true),
@@ -28,12 +28,15 @@ const MOTION: [(&str, fn(Parts) -> bool); 20] = [
     (include_str!("motion/friction.js"), |parts| parts.constraints),
     (include_str!("motion/impact.js"), |parts| parts.constraints && parts.events),
     (include_str!("motion/constraints.js"), |parts| parts.constraints),
+    (include_str!("motion/slip.js"), |parts| parts.constraints),
     (include_str!("motion/crossing.js"), |parts| parts.constraints),
     (include_str!("motion/midpoint.js"), |_| true),
     (include_str!("motion/step_size.js"), |_| true),
     (include_str!("motion/roots.js"), |parts| parts.events || parts.kinks),
     (include_str!("motion/switching.js"), |parts| parts.kinks),
     (include_str!("motion/stepper.js"), |_| true),
+    (include_str!("motion/unilateral.js"), |parts| parts.constraints && parts.events),
+    (include_str!("motion/zeno.js"), |parts| parts.constraints && parts.events),
     (include_str!("motion/events.js"), |parts| parts.events),
     (include_str!("motion/motion.js"), |_| true),
     (include_str!("motion/drag.js"), |_| true),

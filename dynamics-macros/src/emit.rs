@@ -104,7 +104,7 @@ impl Slot {
 }
 
 /// An identifier as text, without `r#`.
-fn plain(name: &Ident) -> String {
+pub(crate) fn plain(name: &Ident) -> String {
     let text = name.to_string();
     text.strip_prefix("r#").map(str::to_owned).unwrap_or(text)
 }

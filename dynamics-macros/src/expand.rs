@@ -319,7 +319,7 @@ fn kept_in_stub(attribute: &syn::Attribute) -> bool {
 
 /// The fields that have documentation: name and text.
 fn documented_fields(item: &ItemStruct) -> Vec<(String, String)> {
-    let text = |field: &syn::Field| Some((field.ident.as_ref()?.to_string(), documentation(&field.attrs)));
+    let text = |field: &syn::Field| Some((emit::plain(field.ident.as_ref()?), documentation(&field.attrs)));
     item.fields.iter().filter_map(text).filter(|(_, text)| !text.is_empty()).collect()
 }
 

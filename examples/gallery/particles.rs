@@ -83,7 +83,7 @@ pub(crate) fn projectile_with_drag() -> Page {
         .contact("ground", 0.4)
         .plot(["y[0]", "y[1]", "speed_in_air"])
         .phase("y[0]")
-        .stop_at("landing")
+        .stop_at("landing", Direction::Falling)
         .finish()?)
 }
 

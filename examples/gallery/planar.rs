@@ -206,6 +206,6 @@ pub(crate) fn rolling_disc() -> Page {
         .hold(["mass", "length"])
         .stick_slip("grip", "breakaway")
         .plot(["slip", "friction"])
-        .stop_at("end_of_slope")
+        .stop_at("end_of_slope", Direction::Rising)
         .finish()?)
 }

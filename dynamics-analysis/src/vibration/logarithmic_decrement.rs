@@ -52,7 +52,8 @@ impl LogarithmicDecrement {
     ///
     /// # Errors
     /// Fewer than four extremes, a sample that is not finite, an interval that is not positive, and a least
-    /// swing that is negative or not finite.
+    /// swing that is negative or not finite. Extremes of noise that give a swing of 0, or that do not follow
+    /// each other in time.
     pub fn of(samples: &[f64], interval: f64, least_swing: f64) -> Result<Self, VibrationError> {
         check_samples(samples, interval, 3)?;
         if !(least_swing.is_finite() && least_swing >= 0.0) {
@@ -71,13 +72,31 @@ impl LogarithmicDecrement {
             let what = "extremes beyond the least swing";
             return Err(VibrationError::TooFew { what, count: extremes.len(), needed: LEAST_EXTREMES });
         }
-        let swings = extremes.windows(2).map(|pair| (pair[1].1 - pair[0].1).abs().ln());
-        let (slope, spread) = fitted_slope(&swings.collect::<Vec<_>>());
+        let swings: Vec<f64> = extremes.windows(2).map(|pair| (pair[1].1 - pair[0].1).abs()).collect();
+        // Parabolas through noise may meet at one height, or far from the samples that turn back.
+        if let Some(swing) = swings.iter().copied().find(|swing| !(*swing > 0.0 && swing.is_finite())) {
+            let must_be = "a positive number; give a larger least swing";
+            return Err(VibrationError::Value {
+                what: "the swing from an extreme to the next",
+                value: swing,
+                must_be,
+            });
+        }
+        let (slope, spread) = fitted_slope(&swings.iter().map(|swing| swing.ln()).collect::<Vec<_>>());
         let (decrement, decrement_spread) = (-2.0 * slope, 2.0 * spread);
         let length = TAU.hypot(decrement);
         let damping_ratio = decrement / length;
         let times: Vec<f64> = extremes.iter().map(|(t, _)| *t).collect();
-        let damped_frequency = PI / fitted_slope(&times).0;
+        let half_period = fitted_slope(&times).0;
+        if !(half_period > 0.0) {
+            let must_be = "a positive number; give a larger least swing";
+            return Err(VibrationError::Value {
+                what: "the time between extremes",
+                value: half_period,
+                must_be,
+            });
+        }
+        let damped_frequency = PI / half_period;
         Ok(Self {
             decrement,
             decrement_spread,
@@ -213,6 +232,28 @@ mod tests {
         assert!(found.damping_ratio_spread < 0.1 * zeta, "{found:?}");
         let swings = found.extremes.windows(2).map(|pair| (pair[1].1 - pair[0].1).abs());
         assert!(swings.into_iter().all(|swing| swing > 0.05) && found.extremes.len() < 20, "{found:?}");
+    }
+
+    /// Extremes of noise may have one height, or stand at one time.
+    #[test]
+    fn noise_alone_gives_numbers_or_an_error() {
+        let (mut random, mut refused) = (RandomNumbers(3), 0);
+        for _ in 0..2000 {
+            let samples: Vec<f64> = (0..24).map(|_| random.within([0.0, 3.0]).floor()).collect();
+            match LogarithmicDecrement::of(&samples, INTERVAL, 0.0) {
+                Ok(found) => {
+                    let numbers = [found.decrement, found.decrement_spread, found.damping_ratio_spread];
+                    assert!(numbers.iter().all(|x| x.is_finite()), "{found:?} of {samples:?}");
+                    assert!(found.damped_frequency > 0.0 && found.natural_frequency.is_finite(), "{found:?}");
+                }
+                Err(VibrationError::Value { value, .. }) => {
+                    assert!(value <= 0.0, "{value}");
+                    refused += 1;
+                }
+                Err(_) => {}
+            }
+        }
+        assert!(refused > 0, "no case of a swing of zero");
     }
 
     #[test]

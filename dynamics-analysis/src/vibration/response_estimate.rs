@@ -100,7 +100,7 @@ impl ResponseEstimate {
     }
 
     /// H₂ = H₁/γ²: not biased by noise in the input, but by noise in the output. |H| lies between |H₁| and
-    /// |H₂| where noise is in both.
+    /// |H₂| where noise is in both. Not finite where the coherence is 0.
     #[must_use]
     pub fn h2(&self) -> Vec<Complex<f64>> {
         self.h1.iter().zip(&self.coherence).map(|(h1, coherence)| h1 / *coherence).collect()
@@ -108,7 +108,7 @@ impl ResponseEstimate {
 
     /// The standard deviation of |H₁| relative to itself, √((1 − γ²)/(2γ² n)) for n independent segments
     /// (Bendat & Piersol, §9.2.4). Segments that overlap by half are nearly independent under Hann's window,
-    /// and less so under a rectangular one.
+    /// and less so under a rectangular one. Infinite where the coherence is 0: nothing is known of H₁ there.
     #[must_use]
     pub fn relative_spread(&self) -> Vec<f64> {
         let n = self.segments as f64;

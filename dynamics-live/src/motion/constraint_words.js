@@ -58,6 +58,10 @@ Object.assign(FAILURES, {
   impact_undecided: ({ row }) =>
     `no impulses of \`${row}\` and the contacts that hit with it push all of them apart; contacts that ` +
     `repeat each other cannot be told apart: leave one of them out`,
+  impact_squeezes: ({ row }) =>
+    `\`${row}\` is driven against constraints and contacts that do not give way: no velocities keep all ` +
+    `of them apart, and what lies between is squeezed; let what moves stop before, release what it ` +
+    `presses against, or make one of them compliant`,
   constraint_violated: ({ row, residual, distance }) =>
     `constraint \`${row}\` does not hold: its residual is ${scientific(residual)}, the coordinates are ` +
     `${scientific(distance)} away from it`,

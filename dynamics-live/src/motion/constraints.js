@@ -110,6 +110,47 @@ class Constraints {
     return Math.abs(residual) / (length === 0 ? VANISHED_ROW_LENGTH * this.usual_lengths[row] : length);
   }
 
+  /** Whether a row is missed by more than this part of its size. */
+  is_missed(t, q, u, row, residual, part) {
+    this.evaluate_terms(t, q, u);
+    return this.distance(row, residual) > part * this.size_along(t, q, u, row, q);
+  }
+
+  /** (A q̇ + b)/‖A‖ of a row, or Φ̇/‖Φ_q‖. */
+  slip_velocity(t, q, u, row) {
+    const slip = this.system.value("velocity_residual", t, q, u)[row];
+    this.evaluate_terms(t, q, u);
+    return Math.sign(slip) * this.distance(row, slip);
+  }
+
+  /** The side to which a row slips, ±1; 0 where it slips by no more than a start may violate it. */
+  slip_side(t, q, u, row) {
+    const slip = this.slip_velocity(t, q, u, row);
+    return Math.abs(slip) > CONSISTENT * this.size_along(t, q, u, row, u) ? Math.sign(slip) : 0;
+  }
+
+  /**
+   * The size of what a row involves, of coordinates or velocities `values`: of each the model's own size and
+   * the largest value of the same unit together. As `size_along` in `dynamics-runtime/src/constrain/assemble.rs`.
+   */
+  size_along(t, q, u, row, values) {
+    const { system } = this,
+      { n } = system,
+      { coordinates } = system.model,
+      gradient = system.value("jacobian", t, q, u).subarray(row * n, (row + 1) * n),
+      steepness = norm(gradient);
+    if (!(steepness > 0)) return 1 + max_abs(values);
+    let sum = 0;
+    for (let i = 0; i < n; i++) {
+      if (gradient[i] === 0) continue;
+      let largest = 0;
+      for (let j = 0; j < n; j++)
+        if (coordinates[j].unit === coordinates[i].unit) largest = Math.max(largest, Math.abs(values[j]));
+      sum += Math.abs(gradient[i]) * (system.own_size(i) + largest);
+    }
+    return sum / steepness;
+  }
+
   /**
    * Factors the equations of the rows for which `holds(row)`. False where they cannot be factored;
    * `undefined` where M or Q is not finite, as in models without constraints.

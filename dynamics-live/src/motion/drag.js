@@ -8,6 +8,8 @@ const DRAG_DAMPING = 1e-4;
 /** Most linear steps of one drag, and the largest change of a coordinate in one, in parts of 1 + |q|. */
 const MOST_DRAG_STEPS = 30,
   LARGEST_DRAG_STEP = 0.3;
+/** A contact into which a mechanism sinks by more than this part of its size closes. */
+const SUNK_GAP = 1e-12;
 
 /** Where the results of a point begin in the program `points`, and how many it has. */
 function place_of_point(motion, point) {
@@ -148,8 +150,11 @@ Motion.prototype.drag = function (point, target) {
     for (;;) {
       if (!system.constraints.project_positions(t, at, zero)) return false;
       const before = closed.size,
-        gaps = system.value("residual", t, at, zero);
-      for (const [row] of contact_modes(this)) if (gaps[row] < -1e-12) closed.add(row);
+        gaps = system.value("residual", t, at, zero)?.slice();
+      for (const [row] of contact_modes(this)) {
+        const sinks = gaps[row] < 0 && system.constraints.is_missed(t, at, zero, row, gaps[row], SUNK_GAP);
+        if (sinks) closed.add(row);
+      }
       if (closed.size === before) return true;
       fulfil();
     }

@@ -13,19 +13,15 @@
 
 /** Rounding error of an event function, in parts of its size. */
 const EVENT_ROUNDING = 4 * Number.EPSILON;
-/** Most events in one second of the motion. */
-const MOST_EVENTS_PER_SECOND = 1000;
 /** Most events that are kept; the oldest are dropped. */
 const MOST_EVENTS_KEPT = 10000;
 /** Times in a row that actions may happen at one instant. */
 const MAX_ACTIONS_AT_ONE_INSTANT = 16;
-/** Rest speed of a contact, in parts of its fastest hit; the same where it is hit again before it opened. */
-const REST_SPEED = 1e-3,
-  HIDDEN_HOP_REST_SPEED = 0.1;
-/** Gap below which an open contact takes part in an impact, in parts of 1 + |q|. */
-const TOUCHING_GAP = 1e-11;
-/** Rate of a row after an impact that is zero up to rounding, in parts of the largest speed in it. */
-const AT_REST_RATE = 1e-10;
+/**
+ * Largest value in a step of a unilateral constraint that others hold at zero. Above it a function that does
+ * not leave zero regularly moves.
+ */
+const AT_REST_VALUE = 1e-11;
 /** Values up to this part of the largest one in the step are zero at a state that an action left. */
 const AT_ZERO = 1e-13;
 /** First part of a step at which a function is looked at that leaves zero; the last one. */
@@ -33,18 +29,19 @@ const FIRST_THETA = 1 / 35184372088832,
   LAST_THETA = 0.125;
 
 Object.assign(FAILURES, {
-  too_many_events: ({ name, t, count }) =>
-    `event \`${name}\` happens in ever shorter time: more than ${count} events in one second of the ` +
-    `motion, at t = ${rounded(t)}; give contacts a smaller restitution, or end the motion before`,
   event_repeats: ({ name, contact }) =>
-    contact
-      ? `event \`${name}\` happens again at once, without end; give the contact a larger \`rest_speed\`, ` +
-        `below which it closes instead of rebounding`
-      : `event \`${name}\` happens again at once, without end: it neither sticks nor slips; let it break ` +
-        `away at no less than the friction with which it slips`,
+    `event \`${name}\` happens again at once, without end; ${remedy_for_repetition(contact)}`,
   event_not_a_number: ({ name }) => `the function of event \`${name}\` is not a number`,
   stopped: ({ name, t }) => `the motion ends at event \`${name}\`, t = ${rounded(t)}`,
 });
+
+/** What helps where a unilateral constraint switches without end. */
+function remedy_for_repetition(contact) {
+  return contact === undefined
+    ? `it neither sticks nor slips: let it break away at no less than the friction with which it slips`
+    : `give \`.contact("${contact}", ..)\` a larger \`rest_speed\`, below which it closes instead of ` +
+        `rebounding`;
+}
 
 class EventLocator {
   constructor(motion) {
@@ -69,6 +66,8 @@ class EventLocator {
         last_side: 1,
         lifted_at: NaN,
         grazes_until: -Infinity,
+        /** The reaction a little after the instant at which sticking breaks away. */
+        reaction_ahead: null,
       });
     this.unilaterals = [
       ...(model.contacts ?? []).map(unilateral("contact")),
@@ -76,11 +75,12 @@ class EventLocator {
     ];
     for (const { row, kind } of this.unilaterals)
       this.names.push(`${rows[row]?.name ?? `row ${row}`} ${kind}`);
+    this.rules = this.unilaterals.length > 0 ? new UnilateralRules(motion, this.unilaterals) : null;
     this.count = this.names.length;
     this.values = new Float64Array(this.count);
     /** The signs of the functions; 0 where one is zero and has to be seen to leave it. */
     this.signs = new Float64Array(this.count);
-    this.times = [];
+    this.zeno = [];
     this.out = new Float64Array(2 * motion.n);
     this.at_one_instant = 0;
     this.last_action = NaN;
@@ -140,7 +140,7 @@ class EventLocator {
     for (const one of this.unilaterals) {
       if (one.kind !== "contact" || this.is_held(one)) continue;
       const residual = system.value("residual", t, q, u)[one.row];
-      if (residual < -CONSISTENT * (1 + max_abs(q)))
+      if (residual < 0 && system.constraints.is_missed(t, q, u, one.row, residual, CONSISTENT))
         return system.fail({ kind: "penetration", row: one.row, residual });
     }
     return true;
@@ -149,9 +149,13 @@ class EventLocator {
   /** The motion starts at the present state. */
   start() {
     if (this.count === 0) return;
-    for (const one of this.unilaterals)
-      [one.fastest_hit, one.lifted_at, one.grazes_until] = [0, NaN, -Infinity];
-    this.times.length = 0;
+    for (const one of this.unilaterals) {
+      [one.fastest_hit, one.last_side] = [0, 1];
+      [one.lifted_at, one.grazes_until, one.reaction_ahead] = [NaN, -Infinity, null];
+    }
+    this.zeno = this.unilaterals.map(() => new Zeno());
+    this.sizes = new Float64Array(this.count);
+    this.found = { passive: [], acting: null };
     [this.at_one_instant, this.last_action] = [0, NaN];
     this.motion.jumped = null;
     this.evaluate_here();
@@ -168,41 +172,47 @@ class EventLocator {
 
   // ---- crossings of a step
 
-  /** Treats the events of the step just made. False where the motion cannot go on. */
-  after_step() {
+  /** Finds the events of the step just made, which ends at the first one that acts. False where it fails. */
+  end_step() {
+    this.found = { passive: [], acting: null };
     if (this.count === 0) return true;
     const { motion } = this;
     motion.jumped = null;
     if (this.pending) {
       // The start itself cannot stay as it is.
-      this.pending = false;
       motion.undo();
-      return this.act([]);
+      this.found.acting = [];
+      return true;
     }
     const found = this.scan();
     if (found === null) return false;
-    const acting = found.findIndex((crossing) => this.acts(crossing));
-    if (acting < 0) {
-      found.forEach((crossing) =>
-        this.record(crossing.index, this.time_of(crossing.theta), crossing.direction, "event"),
-      );
-      this.signs.set(this.signs_at_end);
-      return this.is_rate_permitted();
+    const at = found.findIndex((crossing) => this.acts(crossing)),
+      time = ({ index, theta, direction }) => ({ index, direction, t: this.time_of(theta) });
+    if (at < 0) {
+      this.found.passive = found.map(time);
+      return true;
     }
-    const first = found[acting],
-      from = motion.t0,
-      h = motion.t - motion.t0,
-      passive = found.slice(0, acting);
-    const theta = this.end_at(first);
-    if (theta === null) return false;
-    for (const crossing of passive) {
-      this.record(crossing.index, Math.min(from + crossing.theta * h, motion.t), crossing.direction, "event");
-    }
+    const first = found[at],
+      passive = found.slice(0, at).map(time);
+    if (this.end_at(first) === null) return false;
+    this.found.passive = passive.map((event) => ({ ...event, t: Math.min(event.t, motion.t) }));
     // Everything that crosses at this instant acts together.
-    const together = found.filter(
+    this.found.acting = found.filter(
       (crossing) => this.acts(crossing) && Math.abs(crossing.theta - first.theta) <= 1e-9,
     );
-    return this.act(together);
+    return true;
+  }
+
+  /** Tells the events of the step, and applies the actions at its end. False where the motion ends. */
+  act_at_end() {
+    const { passive, acting } = this.found;
+    for (const { index, t, direction } of passive) this.record(index, t, direction, "event");
+    if (acting !== null) {
+      this.pending = false;
+      return this.act(acting);
+    }
+    if (this.count > 0) this.signs.set(this.signs_at_end);
+    return true;
   }
 
   time_of(theta) {
@@ -252,10 +262,15 @@ class EventLocator {
   /** How a function leaves zero at the start of a step. */
   departure(index, start, g) {
     const unilateral = index >= this.model_events,
-      noise = EVENT_ROUNDING * (1 + Math.abs(start));
+      noise = this.rounding_near_start(this.is_open_gap(index));
     const found = departure_from_zero(start, noise, g);
     if (found.kind === "seen") {
-      const crossing = unilateral && found.value < 0;
+      const crossing = unilateral && found.value < 0,
+        one = this.unilateral(index);
+      if (crossing && one.kind === "slip" && this.is_held(one)) {
+        g(found.theta);
+        one.reaction_ahead = this.motion.other_l[one.row];
+      }
       return {
         crossing,
         sign: crossing ? 0 : Math.sign(found.value),
@@ -265,7 +280,15 @@ class EventLocator {
     }
     if (unilateral && found.kind === "hidden") return { crossing: found.sign > 0, sign: 0, theta: 0 };
     // It does not leave zero regularly: an open contact falls where it is seen below zero.
-    return { crossing: false, sign: unilateral && this.sizes[index] > 1e-11 ? 1 : 0, theta: 0 };
+    return { crossing: false, sign: unilateral && this.sizes[index] > AT_REST_VALUE ? 1 : 0, theta: 0 };
+  }
+
+  /** Rounding error of a function near the start of the last step. A gap depends on positions alone. */
+  rounding_near_start(is_gap) {
+    const { from } = this.motion,
+      t = Math.abs(from.t),
+      [q, u, a] = [max_abs(from.q), max_abs(from.u), max_abs(from.a)];
+    return EVENT_ROUNDING * (is_gap ? q + t * u : q + u + t * Math.max(u, a));
   }
 
   /**
@@ -321,39 +344,36 @@ class EventLocator {
     const stop = crossings.find(({ index }) => index < this.model_events);
     const before = motion.energies(energy)[2],
       jumped = this.copy_end(),
-      fired = new Set();
-    const values = this.evaluate_here(new Float64Array(this.count));
-    const modes = motion.m.slice();
+      fired = new Set(crossings.map(({ index }) => index));
+    const values = new Float64Array(this.count),
+      instant = this.copy_instant(),
+      speeds = this.speeds_of_hits(crossings);
     if (this.at_one_instant >= MAX_ACTIONS_AT_ONE_INSTANT)
       return this.repeats(crossings[0]?.index ?? this.model_events);
     for (const { index, direction } of crossings) {
-      fired.add(index);
       if (index < this.model_events) this.record(index, motion.t, direction, "stop");
-      else if (
-        !this.switch(index, motion.m[this.unilateral(index).mode] !== modes[this.unilateral(index).mode])
-      )
-        return false;
+      else if (!this.act_on(index, instant)) return false;
     }
     // Constraints that cannot stay as they are switch, too: contacts that would pull, sticking that breaks
     // away.
     const most = 2 * this.unilaterals.length;
     for (let turn = 0; this.unilaterals.length > 0; turn++) {
-      if (!this.settle()) return false;
       this.evaluate_here(values);
       const untenable = this.unilaterals.findIndex(
         (one, k) =>
           this.is_held(one) &&
           values[this.model_events + k] < 0 &&
-          !(Math.abs(values[this.model_events + k]) <= AT_ZERO * (this.sizes?.[this.model_events + k] ?? 0)),
+          !(Math.abs(values[this.model_events + k]) <= AT_ZERO * this.sizes[this.model_events + k]),
       );
       if (untenable < 0) break;
       if (turn >= most) return this.repeats(this.model_events + untenable);
       fired.add(this.model_events + untenable);
-      if (!this.switch(this.model_events + untenable, false)) return false;
+      if (!this.act_on(this.model_events + untenable, this.copy_instant())) return false;
     }
     motion.jumped = jumped;
     motion.switching.restart();
     motion.work += motion.energies(energy)[2] - before || 0;
+    const h = motion.t - motion.t0;
     if (motion.plan !== null) {
       [motion.plan.origin, motion.plan.count] = [motion.t, 0];
       motion.plan.controller?.restart();
@@ -362,17 +382,76 @@ class EventLocator {
     for (let i = 0; i < this.count; i++) {
       const switched =
         i >= this.model_events &&
-        (fired.has(i) || motion.m[this.unilateral(i).mode] !== modes[this.unilateral(i).mode]);
-      const at_zero = Math.abs(values[i]) <= AT_ZERO * (this.sizes?.[i] ?? 0);
-      if (switched && (this.is_open_gap(i) || at_zero)) this.signs[i] = 0;
-      else if (fired.has(i) || at_zero) this.signs[i] = 0;
-      else this.signs[i] = sign_of(values[i]);
+        (fired.has(i) || motion.m[this.unilateral(i).mode] !== instant.m[this.unilateral(i).mode]);
+      this.signs[i] = this.sign_after_action(i, values[i], fired.has(i), switched);
     }
     if (stop !== undefined) {
       motion.ended = true;
       motion.reason = system.words({ kind: "stopped", name: this.names[stop.index], t: motion.t });
     }
-    return this.is_rate_permitted();
+    return this.note_hits(speeds, h);
+  }
+
+  /** Switches a unilateral constraint, and makes the state consistent. False where that fails. */
+  act_on(index, instant) {
+    const { motion } = this,
+      modes = motion.m.slice(),
+      what = this.rules.switch(this.unilateral(index), instant);
+    if (what === null) return false;
+    if (what !== "") this.record(index, motion.t, -1, what);
+    motion.slips.align(modes);
+    return this.settle();
+  }
+
+  /** The sign of a function at a state that an action left; 0 where it has to be seen to leave zero. */
+  sign_after_action(index, value, fired, switched) {
+    const one = this.unilateral(index),
+      size = this.sizes[index],
+      at_zero = Math.abs(value) <= AT_ZERO * size;
+    // A constraint that slips to the other side since a jump is away from zero.
+    if (one?.kind === "slip" && !this.is_held(one) && value > CONSISTENT * size) return 1;
+    return fired || at_zero || (switched && this.is_open_gap(index)) ? 0 : sign_of(value);
+  }
+
+  /** The functions of unilateral constraints that cross zero, with the speed |Φ̇| of contacts. */
+  speeds_of_hits(crossings) {
+    const { t, q, u, system } = this.motion,
+      own = crossings.filter(({ index }) => index >= this.model_events);
+    const rates = own.length > 0 ? system.value("velocity_residual", t, q, u).slice() : [];
+    const speed = ({ kind, row }) => (kind === "contact" ? Math.abs(rates[row]) : 0);
+    return new Map(own.map(({ index }) => [index - this.model_events, speed(this.unilateral(index))]));
+  }
+
+  /** Fails where the events of a unilateral constraint accumulate. */
+  note_hits(speeds, h) {
+    const { motion } = this;
+    for (let k = 0; k < this.unilaterals.length; k++) {
+      const one = this.unilaterals[k];
+      if (one.kind === "contact" && this.is_held(one)) this.zeno[k] = new Zeno();
+      const found =
+        !speeds.has(k) || (one.kind === "contact" && this.is_held(one))
+          ? null
+          : this.zeno[k].note_event(motion.t, h, speeds.get(k));
+      if (found === null) continue;
+      const contact = this.contact_name(one);
+      return motion.system.fail({
+        kind: "events_accumulate",
+        name: this.names[this.model_events + k],
+        contact,
+        ...found,
+      });
+    }
+    return true;
+  }
+
+  /** The name of the constraint of a contact; undefined for sticking. */
+  contact_name(one) {
+    return one?.kind === "contact" ? this.motion.model.rows[one.row].name : undefined;
+  }
+
+  /** What switching at an instant is compared with. */
+  copy_instant() {
+    return { u: this.motion.u.slice(), m: this.motion.m.slice() };
   }
 
   unilateral(index) {
@@ -381,7 +460,7 @@ class EventLocator {
 
   is_open_gap(index) {
     const one = this.unilateral(index);
-    return one !== undefined && !this.is_held(one);
+    return one?.kind === "contact" && !this.is_held(one);
   }
 
   /** The end of the last step before an action, for the interpolant. */
@@ -391,7 +470,7 @@ class EventLocator {
   }
 
   repeats(index) {
-    const contact = this.unilateral(index)?.kind === "contact";
+    const contact = this.contact_name(this.unilateral(index));
     return this.motion.system.fail({ kind: "event_repeats", name: this.names[index], contact });
   }
 
@@ -404,110 +483,10 @@ class EventLocator {
     return system.accelerate(t, q, u, motion.a, motion.l);
   }
 
-  /** Switches a unilateral constraint whose function has fallen to zero. */
-  switch(index, already) {
-    const one = this.unilateral(index),
-      { motion } = this,
-      { m, t } = motion;
-    if (already) return true;
-    if (one.kind === "slip") {
-      if (!this.is_held(one)) {
-        one.last_side = m[one.mode];
-        m[one.mode] = 0;
-        this.record(index, t, -1, "sticks");
-        return true;
-      }
-      // Against the reaction, which the friction of slipping takes over.
-      const reaction = motion.l[one.row];
-      m[one.mode] = reaction !== 0 ? -Math.sign(reaction) : one.last_side;
-      this.record(index, t, -1, "slips");
-      return true;
-    }
-    if (this.is_held(one)) {
-      m[one.mode] = 1;
-      one.lifted_at = t;
-      one.grazes_until = -Infinity;
-      this.record(index, t, -1, "lifts off");
-      return true;
-    }
-    if (one.lifted_at === t) {
-      // Its reaction only grazed zero: it closes again before it was seen to open.
-      one.grazes_until = t + Math.abs(motion.plan.h);
-      m[one.mode] = 0;
-      this.record(index, t, -1, "closes");
-      return true;
-    }
-    return this.close(index, one);
-  }
-
-  /** The coefficient of restitution of a hit: 0 where it is too slow to rebound. */
-  restitution(one, rate) {
-    one.fastest_hit = Math.max(one.fastest_hit, -rate);
-    return -rate > (one.rest_speed ?? REST_SPEED * one.fastest_hit) ? one.restitution : 0;
-  }
-
-  /** An impact on a contact and on all others that touch: each rebounds or holds. */
-  close(index, struck) {
-    const { motion } = this,
-      { system, m, t, q, u } = motion,
-      { constraints } = system;
-    system.switch_modes();
-    if (!constraints.project_velocities(t, q, u)) return false;
-    const gaps = system.value("residual", t, q, u).slice(),
-      rates = system.value("velocity_residual", t, q, u).slice();
-    const limit = (one, part) => one.rest_speed ?? part * one.fastest_hit;
-    const hits = this.unilaterals.filter(
-      (one) =>
-        one.kind === "contact" &&
-        (one === struck ||
-          this.is_held(one) ||
-          gaps[one.row] <= 0 ||
-          gaps[one.row] <= TOUCHING_GAP * (1 + max_abs(q))),
-    );
-    const held_before = hits.map((one) => this.is_held(one));
-    const returning = rates[struck.row] > 0 && rates[struck.row] <= limit(struck, HIDDEN_HOP_REST_SPEED);
-    if (rates[struck.row] > 0 && !returning) return true;
-    const es = hits.map((one, i) => (held_before[i] ? 0 : this.restitution(one, rates[one.row])));
-    const at_rest =
-      returning ||
-      hits.every((one, i) => held_before[i] || Math.abs(rates[one.row]) <= limit(one, REST_SPEED));
-    for (const one of hits) m[one.mode] = at_rest ? 0 : 1;
-    const before = u.slice();
-    const list = hits.map((one, i) => ({
-      row: one.row,
-      restitution: at_rest ? 0 : es[i],
-      side: at_rest ? 0 : 1,
-    }));
-    if (!impact(constraints, t, q, u, list)) return false;
-    const after = system.value("velocity_residual", t, q, u).slice(),
-      jacobian = system.value("jacobian", t, q, u);
-    const fastest = Math.max(...hits.map((one) => Math.abs(rates[one.row])));
-    for (const one of hits) {
-      let largest = fastest;
-      for (let j = 0; j < motion.n; j++) {
-        const speed = Math.max(Math.abs(before[j]), Math.abs(u[j]));
-        largest = Math.max(largest, Math.abs(jacobian[one.row * motion.n + j]) * speed);
-      }
-      if (Math.abs(after[one.row]) <= AT_REST_RATE * largest) m[one.mode] = 0;
-    }
-    this.record(index, t, -1, this.is_held(struck) ? "closes" : "impact");
-    return true;
-  }
-
   record(index, t, direction, what) {
     const { events } = this.motion;
     events.push({ index, name: this.names[index], t, direction, what });
     if (events.length > MOST_EVENTS_KEPT) events.splice(0, events.length - MOST_EVENTS_KEPT);
-    this.times.push(t);
-    if (this.times.length > MOST_EVENTS_PER_SECOND) this.times.shift();
-  }
-
-  /** Fails where more events happen in a second of the motion than a page can follow. */
-  is_rate_permitted() {
-    const { motion, times } = this;
-    if (times.length < MOST_EVENTS_PER_SECOND || Math.abs(motion.t - times[0]) > 1) return true;
-    const { name } = motion.events[motion.events.length - 1];
-    return motion.system.fail({ kind: "too_many_events", name, t: motion.t, count: MOST_EVENTS_PER_SECOND });
   }
 }
 

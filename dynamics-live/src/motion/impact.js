@@ -6,6 +6,10 @@
 
 /** Most pivots of Murty's method in an impact. */
 const MAX_SIDE_CHANGES = 256;
+/** Distance |Φ̇|/‖Φ_q‖, in parts of 1 + |q̇|, at which a row counts as at rest after an impact. */
+const REST_TOLERANCE = 1e-9;
+/** A released contact closes where Φ̇ is below zero by this part of the velocities: less is rounding. */
+const CLOSING_ROUNDING = 1e-12;
 
 // ---- impacts
 
@@ -29,7 +33,7 @@ function impact(constraints, t, q, u, hits) {
     const { side, restitution } = hits[hit];
     return !open.has(hit) && !(restoring && side === 0 && restitution !== 0);
   };
-  const compress = () => {
+  const solve_complementarity = () => {
     const before = system.value("velocity_residual", t, q, after).slice(),
       right = new Float64Array(r);
     const delta = new Float64Array(n),
@@ -45,18 +49,59 @@ function impact(constraints, t, q, u, hits) {
         size = max_abs(rates) + max_abs(before);
       const wrong = hits.findIndex(
         ({ side, row }, i) =>
-          side !== 0 && (open.has(i) ? side * rates[row] < -1e-12 * size : side * impulses[row] < 0),
+          side !== 0 &&
+          (open.has(i) ? side * rates[row] < -CLOSING_ROUNDING * size : side * impulses[row] < 0),
       );
       if (wrong >= 0) {
         if (!open.delete(wrong)) open.add(wrong);
         continue;
       }
+      if (!check_at_rest(next, rates)) return false;
       after.set(next);
       for (let row = 0; row < r; row++) total[row] += impulses[row];
       return true;
     }
     return system.fail({ kind: "impact_undecided", row: hits[0].row });
   };
+  // The rows that act have come to rest: rows that others repeat may be missed.
+  const check_at_rest = (velocities, rates) => {
+    constraints.evaluate_terms(t, q, velocities);
+    for (let row = 0; row < r; row++) {
+      if (!acts(row)) continue;
+      const [residual, distance] = [rates[row], constraints.distance(row, rates[row])];
+      if (distance <= REST_TOLERANCE * (1 + max_abs(velocities))) continue;
+      return system.fail({ kind: "off_constraint", what: "velocities", row, residual, distance });
+    }
+    return true;
+  };
+  // Proves by Farkas' lemma that no velocities keep all contacts apart: the residual that the best ones leave
+  // on all rows together is a combination of rows that does not depend on velocities. Where every contact
+  // closes in it, all other velocities leave as much. The failure stays as it is where there is no proof.
+  const prove_squeezed = () => {
+    const undecided = system.failure,
+      before = system.value("velocity_residual", t, q, after).slice(),
+      right = new Float64Array(r),
+      best = new Float64Array(n);
+    if (!["impact_undecided", "off_constraint"].includes(undecided.kind)) return false;
+    open.clear();
+    for (let row = 0; row < r; row++) right[row] = acts(row) ? -before[row] : 0;
+    if (!constraints.correct_rows(t, q, after, right, best, new Float64Array(r), acts)) return false;
+    for (let i = 0; i < n; i++) best[i] += after[i];
+    const rates = system.value("velocity_residual", t, q, best),
+      tolerance = REST_TOLERANCE * (1 + max_abs(best));
+    constraints.evaluate_terms(t, q, best);
+    let [worst, largest] = [null, tolerance];
+    for (const { row, side } of hits) {
+      if (side === 0) continue;
+      const distance = constraints.distance(row, rates[row]);
+      // NaN proves nothing.
+      if (Number.isNaN(distance) || (side * rates[row] > 0 && distance > tolerance))
+        return system.fail(undecided);
+      if (distance > largest) [worst, largest] = [row, distance];
+    }
+    return system.fail(worst === null ? undecided : { kind: "impact_squeezes", row: worst });
+  };
+  const compress = () => solve_complementarity() || prove_squeezed();
   if (!compress()) return false;
   if (hits.some(({ restitution }) => restitution !== 0)) {
     restoring = true;

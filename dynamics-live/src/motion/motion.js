@@ -13,7 +13,14 @@ const NO_CONSTRAINTS = {
   project_positions: () => true,
   project_velocities: () => true,
 };
-const NO_EVENTS = { unilaterals: [], start() {}, after_step: () => true, check_gaps: () => true };
+const NO_EVENTS = {
+  unilaterals: [],
+  start() {},
+  end_step: () => true,
+  act_at_end: () => true,
+  check_gaps: () => true,
+};
+const NO_SLIPS = { check_step: () => true };
 
 /** Whether a motion has events. */
 function has_events({ events = [], contacts = [], stick_slip = [] }) {
@@ -46,6 +53,7 @@ class Motion extends Stepper {
     this.events = [];
     /** The end of the last step before an action at an event changed the state; null where none did. */
     this.jumped = null;
+    this.slips = this.r > 0 ? new SlipDirections(this) : NO_SLIPS;
     this.locator = has_events(model) ? new EventLocator(this) : NO_EVENTS;
     this.refused = this.refresh();
   }
@@ -71,13 +79,16 @@ class Motion extends Stepper {
     if (broken !== null) return system.words(broken);
     if (!this.started) return null;
     const q = this.q.slice(),
-      u = this.u.slice();
+      u = this.u.slice(),
+      m = this.m.slice();
+    this.set_sides(this.t, q, u);
     if (this.place(this.t, q, u)) {
       this.q.set(q);
       this.u.set(u);
       this.begin_here();
       return null;
     }
+    this.m.set(m);
     return system.words(system.failure);
   }
 
@@ -125,10 +136,13 @@ class Motion extends Stepper {
   fits(t, q, u) {
     const { system, r } = this;
     if (r > 0 && !system.constraints.check_start(t, q, u)) return false;
-    return this.place(t, q, u) && this.locator.check_gaps(t, q, u);
+    return this.place(t, q, u);
   }
 
-  /** Puts a state onto the constraints; false where that or its accelerations fail. */
+  /**
+   * Puts a state onto the constraints; false where that or its accelerations fail, and where an open contact
+   * is on the wrong side.
+   */
   place(t, q, u) {
     const { system, n, r } = this;
     system.constraints.mean_sensitivity = 0;
@@ -145,6 +159,7 @@ class Motion extends Stepper {
     for (let i = 0; i < n; i++) {
       if (!Number.isFinite(a[i])) return system.fail({ kind: "not_finite", coordinate: i, t, h: 0 });
     }
+    if (!this.locator.check_gaps(t, q, u)) return false;
     this.a.set(a);
     this.l.set(l);
     return true;
@@ -227,7 +242,12 @@ class Motion extends Stepper {
     if (this.plan === null || this.plan.method !== METHODS[method] || this.plan.accuracy !== accuracy) {
       this.plan = this.make_plan(METHODS[method], accuracy, end);
     }
-    const made = this.make_step(end) && this.locator.after_step() && this.is_ahead();
+    const made =
+      this.make_step(end) &&
+      this.locator.end_step() &&
+      this.slips.check_step() &&
+      this.locator.act_at_end() &&
+      this.is_ahead();
     if (!made) this.reason = this.system.words(this.explain(this.system.failure));
     return made;
   }

@@ -89,6 +89,17 @@ class System {
     return mode < 0 || this.m[mode] === 0;
   }
 
+  /** The model's own size of a coordinate: its largest parameter of the same unit, up to 1; else 1. */
+  own_size(coordinate) {
+    const { unit = "", angle = false } = this.model.coordinates[coordinate];
+    if (unit === "" || angle) return 1;
+    let largest = 0;
+    (this.model.parameters ?? []).forEach((parameter, i) => {
+      if (parameter.unit === unit) largest = Math.max(largest, Math.abs(this.p[i]));
+    });
+    return largest > 0 ? Math.min(largest, 1) : 1;
+  }
+
   /** Chooses the programs for the constraints that hold now. */
   switch_modes() {
     let solver = this.bound.accelerations ?? null,

@@ -98,7 +98,7 @@ function fieldsOf(items, values) {
       const [row, column] = (indices ?? "").split(",").map(Number);
       if (axis) way.push(["vector", "xyz".indexOf(axis)]);
       else if (column === undefined) way.push(["array", row]);
-      else way.push(["matrix", row], ["vector", column]);
+      else way.push(["matrix", row], ["array", column]);
     }
     let part = { get: () => fields.get(base), set: (value) => fields.set(base, value) };
     for (const [kind, index] of way) {
@@ -111,9 +111,7 @@ function fieldsOf(items, values) {
   });
   const print = (value) => {
     if (typeof value === "string") return value;
-    const list = value.of.map(print).join(", ");
-    if (value.kind === "matrix") return `Mat3::from_rows(${list})`;
-    return value.kind === "vector" ? `[${list}].into()` : `[${list}]`;
+    return `[${value.of.map(print).join(", ")}]` + (value.kind === "array" ? "" : ".into()");
   };
   return [...fields].map(([name, value]) => [name, print(value)]);
 }

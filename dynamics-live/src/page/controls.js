@@ -6,11 +6,12 @@ const element = (tag, className = "", text = "") => {
   if (text) made.textContent = text;
   return made;
 };
-// A value between two ends with digits for some hundred values between them, three at least.
-function rounded(v, lo, hi) {
-  const finer = Math.ceil(Math.log10(Math.abs(v) / (2 * (hi - lo)))), digits = clamp(3 + finer, 3, 15);
-  return clamp(Number(v.toPrecision(digits)), lo, hi);
+// Digits that tell apart some hundred values between two ends, three at least.
+function digitsBetween(v, lo, hi) {
+  const finer = Math.ceil(Math.log10(Math.abs(v) / (2 * (hi - lo))));
+  return Number.isFinite(finer) ? clamp(3 + finer, 3, 15) : 3;
 }
+const roundedBetween = (v, lo, hi) => clamp(Number(v.toPrecision(digitsBetween(v, lo, hi))), lo, hi);
 
 // The symbols of the equations by the name of what they stand for, and the sliders of that name.
 const symbols = new Map(), slidersOf = new Map();
@@ -90,7 +91,7 @@ class Slider {
   // was chosen: `now()` tells it.
   choose(v) {
     const { lo, hi, value: before } = this, isZero = lo < 0 && hi > 0 && Math.abs(v) < 4e-3 * (hi - lo);
-    const value = isZero ? 0 : rounded(v, lo, hi), earlier = this.now?.();
+    const value = isZero ? 0 : roundedBetween(v, lo, hi), earlier = this.now?.();
     this.show(value);
     // What changes may set the slider to what came of it.
     const refusal = this.change(value), after = this.now?.();
@@ -109,7 +110,7 @@ class Slider {
   show(v) {
     this.value = v;
     this.input.value = clamp(this.partOf(v), 0, 1);
-    const text = number(v) + (this.unit ? " " + this.unit : "");
+    const text = number(v, digitsBetween(v, this.lo, this.hi)) + (this.unit ? " " + this.unit : "");
     this.output.textContent = text;
     this.input.setAttribute("aria-valuetext", text);
   }

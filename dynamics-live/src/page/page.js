@@ -259,7 +259,7 @@ function drawAll() {
   const { spacing } = picture, { first, last, head } = player;
   $("scale").textContent = spacing ? `grid ${number(spacing)} ${MODEL.length_unit ?? ""}`.trim() : "";
   transport.place(last > first ? (head - first) / (last - first) : 1, timeWords(player.time()));
-  const { shown } = player, part = player.scale > 0 ? Math.abs(shown.drift) / player.scale : 0;
+  const { shown } = player, part = Math.abs(shown.drift) / (player.scale || 1);
   $("drift").textContent = driftWords(part);
   $("drift").classList.toggle("bad", !(part <= 0.01));
   $("residual-now").textContent = number(shown.residual, 2);

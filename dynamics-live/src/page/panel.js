@@ -92,6 +92,7 @@ const ladders = () => METHODS[player.method].fixed
   ? [0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001].map((h) => Number((h * player.pace).toPrecision(3)))
   : [3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13].map((k) => Number("1e-" + k));
 function setMethod(method, accuracy) {
+  accuracy ??= player.usualAccuracy(method);
   const refusal = player.change("method", () => { player.method = method; player.accuracy = accuracy; });
   if (refusal) {
     toast(refusal);

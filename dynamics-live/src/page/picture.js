@@ -38,14 +38,20 @@ function defaultFigures(points) {
     places.push([[next, dimension]]);
     next += dimension;
   }
+  // Numbers that no program writes, and so are zero, stand behind the others.
+  const zero = next, inSpace = points.some(({ dimension }) => dimension === 3);
   const dots = points.map((point, k) => ["dot", places[k], {}, extra(point)]);
   const base = ({ name }) => name.replace(/\[\d+\]$/, ""), all = points.length <= MOST_TRACED;
   const ends = (k) => all || !points[k + 1] || base(points[k + 1]) !== base(points[k]);
   const traces = points.map((point, k) => ["trace", places[k], {}, extra(point)]).filter((_, k) => ends(k));
   if (points[0].name.includes(", ")) return [...traces, ...dots];
-  // The origin: numbers that no program writes, and so are zero.
-  const { dimension } = points[0], origin = [[next, dimension]];
-  const chain = ["polyline", [...origin, [0, next]], {}, { dimension }];
+  // A chain through points of the plane and of space is one of space: (x, y) becomes (x, 0, y).
+  const dimension = inSpace ? 3 : 2, origin = [[zero, dimension]];
+  const joints = points.flatMap((point, k) => {
+    const [[first]] = places[k];
+    return point.dimension < dimension ? [first, zero, first + 1] : places[k];
+  });
+  const chain = ["polyline", [...origin, ...joints], {}, { dimension }];
   return [...traces, chain, ["pivot", origin, {}, { dimension }], ...dots];
 }
 

@@ -231,9 +231,56 @@ const CHECKS = {
     expect(run(motion, "dop853", 1e-9, 20) === null, motion.reason);
     expect(motion.events.length === 10, `${motion.events.length} hits`);
     expect_near(motion.q[1], 5, 1e-6, "height");
-    const contacts = [{ event: null, row: 0, restitution: 0.9999, rest_speed: 1e-9 }];
-    const frantic = started("ball", [0, 1e-7], [0, 0], { contacts }, [1]);
-    expect(/more than 1000 events in one second/.test(run(frantic, "dp5", 1e-6, 60)), frantic.reason);
+    // A thousand hits in a millisecond are no accumulation.
+    const contact = (restitution, rest_speed) => ({
+      contacts: [{ event: null, row: 0, restitution, rest_speed }],
+    });
+    const fast = started("ball", [0, 1.25e-6], [0, 0], contact(1), [1], { 0: 1e7 });
+    expect(run(fast, "dop853", 1e-9, 1e-3) === null, fast.reason);
+    expect(fast.events.length === 1000, `${fast.events.length} hits`);
+    const frantic = started("ball", [0, 5], [0, 0], contact(0.5, 1e-300), [1]);
+    const reason = run(frantic, "dp5", 1e-9, 60);
+    expect(/accumulates at about t = 3; give `.contact\("ground"/.test(reason), reason);
+  },
+  friction_brakes_after_an_impact() {
+    for (const method of ["dp5", "dop853"]) {
+      const motion = started("walls", [0.5], [3], {}, [1, 1, 1]);
+      expect(run(motion, method, 1e-9, 3) === null, motion.reason);
+      // v² falls by 4 a metre, and to 0.81 of it at a wall: 9, 7 → 5.67, 1.67 → 1.3527, and nothing.
+      const hits = [(3 - Math.sqrt(7)) / 2, (Math.sqrt(5.67) - Math.sqrt(1.67)) / 2, Math.sqrt(1.3527) / 2];
+      let t = 0;
+      expect(motion.events.map(({ what }) => what).join() === "impact,impact,sticks", "events");
+      hits.forEach((by, i) => expect_near(motion.events[i].t, (t += by), 1e-8, `event ${i}`));
+      expect_near(motion.q[0], 1.3527 / 4, 1e-8, "rests");
+    }
+  },
+  a_reversal_without_a_rule_ends_the_motion() {
+    const motion = started("belt", [0], [0.5], { stick_slip: [] }, [1]),
+      reason = run(motion, "dop853", 1e-9, 5);
+    // x = 0.5 (cos t + sin t − 1) has the speed 0.2 of the belt where cos t − sin t = 0.4.
+    const t = Math.acos(0.4 / Math.sqrt(2)) - Math.PI / 4;
+    expect(/`belt` is released and comes to rest, .* it sticks, /.test(reason), reason);
+    expect_near(motion.t, t, 1e-7, "reversal");
+    expect_near(motion.u[0], 0.2, 1e-8, "slip");
+  },
+  a_contact_between_walls_is_squeezed() {
+    const motion = started("walls", [0], [0], {}, [0, 1, 0], { 1: 0.5 }),
+      reason = run(motion, "dp5", 1e-9, 5);
+    expect(/`right` is driven against constraints and contacts that do not give way/.test(reason), reason);
+    expect_near(motion.t, 2, 1e-9, "time");
+  },
+  a_parameter_that_moves_a_contact_through_a_body_is_refused() {
+    const motion = started("walls", [0.5], [0], {}, [1, 1, 0]),
+      before = motion.l.slice();
+    motion.p[0] = 0.4;
+    expect(/contact `right` is open on the wrong side/.test(motion.refresh()), "refused");
+    expect(motion.l.every((x, i) => x === before[i]) && motion.q[0] === 0.5, "as before");
+    motion.p[0] = 0.6;
+    expect(motion.refresh() === null, "fits");
+    // Millionths of a millimetre are no distance of millimetres.
+    motion.model.coordinates.concat(motion.model.parameters).forEach((one) => (one.unit = "m"));
+    expect(!motion.system.constraints.is_missed(0, [1], [0], 1, 1e-7, CONSISTENT), "near");
+    expect(motion.system.constraints.is_missed(0, [1], [0], 1, 1e-5, CONSISTENT), "far");
   },
   a_block_on_a_belt_sticks_and_slips() {
     const motion = started("belt", [0], [0.2], {}, [0]);

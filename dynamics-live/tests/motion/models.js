@@ -416,6 +416,39 @@ const MODELS = {
     },
   ],
 
+  // A block on a rough floor between two walls, of which the second comes nearer: x ≥ 0 and d − v t − x ≥ 0.
+  walls: [
+    {
+      sizes: sizes(1, { parameters: 4, rows: 3, holonomic: 2, switched: 3 }),
+      accelerations: { results: 0, constants: 0, run() {} },
+      terms: program(1 + 1 + 3 + 3, (p, k, f, t, q, u, w, m, a, l, out) => {
+        out.set([1, -p[2] * m[2], 1, -1, 1, 0, 0, 0]);
+      }),
+      residual: program(2, (p, k, f, t, q, u, w, m, a, l, out) => out.set([q[0], p[0] - p[1] * t - q[0]])),
+      velocity_residual: program(3, (p, k, f, t, q, u, w, m, a, l, out) => {
+        out.set([u[0], -p[1] - u[0], u[0]]);
+      }),
+      jacobian: program(3, (p, k, f, t, q, u, w, m, a, l, out) => out.set([1, -1, 1])),
+      events: program(1, (p, k, f, t, q, u, w, m, a, l, out) => (out[0] = p[3] - Math.abs(l[2]))),
+    },
+    {
+      name: "Walls",
+      coordinates: named(["x"], { unit: "m" }),
+      parameters: valued({ distance: 1, speed: 0, kinetic: 2, static: 2.5 }),
+      rows: [
+        { name: "left", holonomic: true, switched: 0 },
+        { name: "right", holonomic: true, switched: 1 },
+        { name: "floor", holonomic: false, switched: 2 },
+      ],
+      events: named(["breakaway"]),
+      contacts: [
+        { event: null, row: 0, restitution: 0.9 },
+        { event: null, row: 1, restitution: 0.9 },
+      ],
+      stick_slip: [{ event: 0, row: 2 }],
+    },
+  ],
+
   // Two equal cranks on a base of length 2 and a coupler of length 2: flat at a = b = c = 0, where it may
   // also go on as an antiparallelogram.
   parallelogram: [

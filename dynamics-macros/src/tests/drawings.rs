@@ -108,6 +108,9 @@ with_text! {
                     .cuboid(frame, vec3(self.length, 0.0, 0.0), [1.0, self.length, 0.5])
                     .cylinder(frame.origin(), self.lean, self.length)
                     .cone([0.0; 3], frame.origin(), 0.2)
+                    .line([0.0, 0.0], frame.origin())
+                    .arrow(frame.origin(), middle)
+                    .cylinder(middle, frame.origin(), 0.1)
             }
             fn pens(&self, q: &Coordinates<Self>) -> Drawing {
                 let middle = self.middle(q);
@@ -187,6 +190,7 @@ with_text! {
                     .curve(first, last, 9, |x| [x, self.track.derivatives(x)[0]])
                     .dot([q.x.rate(), f64::hypot(q.x.value(), self.length)])
                     .dot([q.x.acceleration(), q.push.value()])
+                    .dot([q.x.value().rem_euclid(-0.4), q.y.value().rem_euclid(self.length)])
                     .arrow(self.middle(q).value(), self.middle(q).value() + 0.1 * self.way(q).value())
                     .dot(vec2(self.track.at(q.x), q.y.dt().dt()));
                 for k in 0..3 {
@@ -278,7 +282,9 @@ impl Instant<'_> {
 /// A shape that was drawn on jets, likewise.
 fn drawn(shape: &dynamics::output::Shape) -> (String, Vec<f64>) {
     let all = |points: &[Place]| -> Vec<f64> {
+        let in_space = points.iter().any(|point| matches!(point, Place::Spatial(_)));
         let numbers = points.iter().map(|point| match point {
+            Place::Planar([x, y]) if in_space => vec![*x, 0.0, *y],
             Place::Planar(p) => p.to_vec(),
             Place::Spatial(p) => p.to_vec(),
         });
@@ -435,6 +441,8 @@ fn what_is_not_followed_is_told_and_no_error() {
         ("Drawing::new().disc([0.0, 1.0], self.helper(q))", ".lookup(q.x.value())"),
         ("let d = Drawing::new(); d.dot([q.x.value().floor(), 0.0])", ".floor()"),
         ("Drawing::new().sparkle(1.0)", ".sparkle(1.0)"),
+        // What is taken from it would be missing in the original.
+        ("Drawing::new().polyline([[0.0, 1.0], [1.0, 2.0]].iter().by_ref())", ".by_ref()"),
         ("Drawing::new().width(self.mass).dot([0.0, q.x])", ".width(self.mass)"),
         ("while true {} Drawing::new()", "while true {}"),
         (

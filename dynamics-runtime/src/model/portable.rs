@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 
-use dynamics_vocabulary::smooth::Pieces;
+use dynamics_vocabulary::smooth::{Pieces, SmoothFunction};
 
 use super::Dynamics;
 
@@ -19,8 +19,18 @@ pub trait Portable: Dynamics {
     const SYMBOLS: &'static [&'static str];
     /// What a page cannot do with the model, in words.
     const NOT_PORTABLE: &'static [&'static str];
+    /// Whether the picture shows anything of space.
+    const SPATIAL: bool;
+    /// Whether there is a program of places where accelerations are not smooth.
+    const HAS_KINKS: bool;
+    /// Whether there are programs of kinetic and potential energy.
+    const HAS_ENERGIES: bool;
     /// Names of the model's smooth functions.
     const FUNCTIONS: &'static [&'static str];
-    /// The pieces of the model's smooth functions; `None` for those that are not made of polynomials.
-    fn pieces(&self) -> Vec<Option<Pieces>>;
+    /// The model's smooth functions in the order of [`FUNCTIONS`](Self::FUNCTIONS).
+    fn smooth_functions(&self) -> Vec<&dyn SmoothFunction>;
+    /// Their pieces; `None` for those that are not made of polynomials.
+    fn pieces(&self) -> Vec<Option<Pieces>> {
+        self.smooth_functions().into_iter().map(SmoothFunction::pieces).collect()
+    }
 }

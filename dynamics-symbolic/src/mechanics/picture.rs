@@ -114,7 +114,7 @@ pub enum Figure {
         from: NodeId,
         /// It ends here.
         to: NodeId,
-        /// Number of straight pieces. DrawnPoint k is at from·(1 − k/n) + to·(k/n).
+        /// Number of straight pieces. Point k is at from·(1 − k/n) + to·(k/n).
         segments: usize,
         /// The point of the curve at [`Picture::running`].
         point: DrawnPoint,
@@ -264,6 +264,36 @@ impl Figure {
         (plain == *self).then_some(made)
     }
 
+    /// The figure with points of one kind: where it has points of the plane and of space, (x, y) becomes
+    /// (x, 0, y), as `dynamics-view` has it.
+    #[must_use]
+    pub fn lifted(mut self, zero: NodeId) -> Self {
+        let mut points = self.points_mut();
+        if points.iter().any(|point| point.len() == 3) {
+            let of_plane = points.iter_mut().filter(|point| point.len() == 2);
+            of_plane.for_each(|point| point.insert(1, zero));
+        }
+        self
+    }
+
+    fn points_mut(&mut self) -> Vec<&mut DrawnPoint> {
+        match self {
+            Self::Polyline { points, .. } => points.iter_mut().collect(),
+            Self::Curve { point: at, .. }
+            | Self::Circle { center: at, .. }
+            | Self::Arc { center: at, .. }
+            | Self::Dot { center: at }
+            | Self::Text { at, .. }
+            | Self::Trace { at, .. }
+            | Self::Pivot { at } => vec![at],
+            Self::Spring { from, to, .. }
+            | Self::Arrow { from, to }
+            | Self::Ground { from, to }
+            | Self::Cone { from, to, .. } => vec![from, to],
+            Self::Cuboid { center, faces } => [center].into_iter().chain(faces).collect(),
+        }
+    }
+
     /// All expressions, those of a curve's point included.
     fn nodes_mut(&mut self) -> Vec<&mut NodeId> {
         match self {
@@ -342,6 +372,19 @@ mod tests {
             line(&[&[a, b], &[a, b], &[a, b]]).joined(&line(&[&[a, b, c], &[a, b, c]]), |x, _| x),
             None
         );
+    }
+
+    #[test]
+    fn points_of_the_plane_stand_upright_beside_those_of_space() {
+        let mut graph = Graph::default();
+        let [zero, a, b, c] = [0, 2, 3, 5].map(|n| graph.integer(n));
+        let spring = |from: &[NodeId], to: &[NodeId]| Figure::Spring {
+            from: from.to_vec(),
+            to: to.to_vec(),
+            coils: 5,
+        };
+        assert_eq!(spring(&[a, b], &[a, b, c]).lifted(zero), spring(&[a, zero, b], &[a, b, c]));
+        assert_eq!(spring(&[a, b], &[b, c]).lifted(zero), spring(&[a, b], &[b, c]));
     }
 
     #[test]

@@ -30,6 +30,12 @@ pub struct Portability {
     pub symbols: Vec<String>,
     /// What a page cannot do with the model, in words.
     pub obstacles: Vec<String>,
+    /// Whether its picture shows anything of space.
+    pub spatial: bool,
+    /// Whether there is a program of places where accelerations are not smooth.
+    pub has_kinks: bool,
+    /// Whether there are programs of kinetic and potential energy.
+    pub has_energies: bool,
 }
 
 /// The programs of a model in JavaScript.
@@ -41,19 +47,20 @@ pub fn javascript(model: &mut Model, equations: &Equations, printed: &Portable<'
     if operations > MOST_OPERATIONS {
         let obstacle =
             format!("its programs take {operations} operations; a page holds at most {MOST_OPERATIONS}");
-        return Portability { javascript: String::new(), symbols: symbols(model), obstacles: vec![obstacle] };
+        return Portability { symbols: symbols(model), obstacles: vec![obstacle], ..Portability::default() };
     }
     let language = JavaScript {
         functions: model.functions.iter().map(|f| f.name.clone()).collect(),
         parameters: model.parameters.len() as u32,
         extras: shown.extras.clone(),
     };
-    let obstacles = not_followed(&shown).into_iter().collect();
-    let (picture, about) = picture::picture(&language, model, shown);
+    let mut obstacles: Vec<String> = not_followed(&shown).into_iter().collect();
+    let picture = picture::picture(&language, model, shown, MOST_OPERATIONS - operations);
+    obstacles.extend(picture.obstacle);
     let object = |program: &Program| function(&language, model, program);
     let mut out = String::from("({\n");
-    out.push_str(&sizes(model, equations, &about));
-    out.push_str(&picture);
+    out.push_str(&sizes(model, equations, &picture.about));
+    out.push_str(&picture.programs);
     for (name, program) in &printed.named {
         out.push_str(&format!("{name}: {},\n", object(program)));
     }
@@ -81,7 +88,15 @@ pub fn javascript(model: &mut Model, equations: &Equations, printed: &Portable<'
         out.push_str("],\n");
     }
     out.push_str("})");
-    Portability { javascript: out, symbols: symbols(model), obstacles }
+    let has = |program: &str| printed.named.iter().any(|(name, _)| *name == program);
+    Portability {
+        javascript: out,
+        symbols: symbols(model),
+        obstacles,
+        spatial: picture.in_space,
+        has_kinks: !printed.kink_functions.is_empty(),
+        has_energies: has("kinetic_energy") && has("potential_energy"),
+    }
 }
 
 /// The smallest admissible ratios of the pivots at the end of a solution's programs to their scales. A pivot that

@@ -4,6 +4,7 @@
 mod bits;
 #[cfg(unix)]
 mod browser;
+mod constants;
 #[path = "../../models/double_pendulum.rs"]
 mod double_pendulum;
 mod engine;

@@ -98,6 +98,67 @@ impl BlockOnBelt {
     }
 }
 
+/// A block that is thrown along a rough floor at a wall.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x)]
+struct Thrown {
+    distance: f64,
+    kinetic_mu: f64,
+    static_mu: f64,
+}
+
+#[dynamics]
+impl Thrown {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * q.x.dt().powi(2)
+    }
+    #[holonomic(switched)]
+    fn wall(&self, q: &Coordinates<Self>) -> Expr {
+        self.distance - q.x
+    }
+    #[nonholonomic(switched, integrable)]
+    fn floor(&self, q: &Coordinates<Self>) -> Expr {
+        q.x.dt()
+    }
+    #[force]
+    fn sliding(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, -self.kinetic_mu * q.slip(Self::floor))
+    }
+    #[event]
+    fn breakaway(&self, q: &Coordinates<Self>) -> Expr {
+        self.static_mu - q.reaction(Self::floor).abs()
+    }
+}
+
+/// A ball between the ground and a plate that comes down.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(y)]
+struct Press {
+    height: f64,
+    speed: f64,
+}
+
+#[dynamics]
+impl Press {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * q.y.dt().powi(2)
+    }
+    #[potential]
+    fn gravity(&self, q: &Coordinates<Self>) -> Expr {
+        10.0 * q.y
+    }
+    #[holonomic(switched)]
+    fn ground(&self, q: &Coordinates<Self>) -> Expr {
+        q.y
+    }
+    #[holonomic(switched)]
+    fn plate(&self, q: &Coordinates<Self>) -> Expr {
+        self.height - self.speed * q.t - q.y
+    }
+}
+
 /// A plank whose ends are contacts.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x, y, phi)]
@@ -185,6 +246,8 @@ struct Made {
 #[derive(Clone, Copy, Debug)]
 enum By {
     Euler(f64),
+    ExplicitEuler(f64),
+    Heun(f64),
     Rk4(f64),
     DormandPrince(f64),
     Dop853(f64),
@@ -194,6 +257,8 @@ impl By {
     fn name(self) -> (&'static str, f64) {
         match self {
             Self::Euler(step) => ("euler", step),
+            Self::ExplicitEuler(step) => ("explicit_euler", step),
+            Self::Heun(step) => ("heun", step),
             Self::Rk4(step) => ("rk4", step),
             Self::DormandPrince(tolerance) => ("dp5", tolerance),
             Self::Dop853(tolerance) => ("dop853", tolerance),
@@ -203,6 +268,8 @@ impl By {
     fn set<M: OpenLive>(self, simulation: Simulation<'_, M>) -> Simulation<'_, M> {
         match self {
             Self::Euler(step) => simulation.method(methods::SemiImplicitEuler).fixed_step(step),
+            Self::ExplicitEuler(step) => simulation.method(methods::ExplicitEuler).fixed_step(step),
+            Self::Heun(step) => simulation.method(methods::Heun).fixed_step(step),
             Self::Rk4(step) => simulation.method(methods::Rk4).fixed_step(step),
             Self::DormandPrince(tolerance) => simulation.method(methods::DormandPrince5).tolerance(tolerance),
             Self::Dop853(tolerance) => simulation.method(methods::Dop853).tolerance(tolerance),
@@ -212,7 +279,7 @@ impl By {
     /// Steps may differ by this part, ends by this much, events by this much.
     fn permitted(self) -> [f64; 3] {
         match self {
-            Self::Euler(_) | Self::Rk4(_) => [0.0, 0.0, 1e-9],
+            Self::Euler(_) | Self::ExplicitEuler(_) | Self::Heun(_) | Self::Rk4(_) => [0.0, 0.0, 1e-9],
             Self::DormandPrince(tolerance) | Self::Dop853(tolerance) => [0.01, 10.0 * tolerance, 1e-9],
         }
     }
@@ -295,6 +362,8 @@ fn motions_without_constraints_have_the_same_steps() {
     let start = model.state().theta1(1.0).theta2(0.4).build().unwrap();
     let methods = [
         By::Euler(1e-3),
+        By::ExplicitEuler(1e-3),
+        By::Heun(1e-3),
         By::Rk4(0.01),
         By::DormandPrince(1e-4),
         By::DormandPrince(1e-8),
@@ -365,6 +434,83 @@ fn contacts_and_friction_switch_as_in_rust() {
     let page = Live::new(&model, start).contact("left", 0.3).contact("right", 0.3);
     let simulate = || model.simulate(start).contact("left", 0.3).contact("right", 0.3);
     compare(&page, simulate, 4.0, &[By::DormandPrince(1e-9), By::Dop853(1e-9)]);
+}
+
+/// Why a motion ends, in Rust and on a page.
+fn reasons<M: OpenLive>(page: &Live<'_, M>, simulation: Simulation<'_, M>, end: f64) -> [String; 2] {
+    let by = By::DormandPrince(1e-9);
+    let Err(error) = by.set(simulation).until(end).run() else { panic!("it goes on") };
+    let rust = error.to_string();
+    let page = Engine::new(page).run::<String>(&format!(
+        "(() => {{
+            const motion = new Motion(PROGRAMS, MODEL), {{ t, q, u, w, m }} = MODEL.starts[0];
+            const refused = motion.refused ?? motion.start(t, q, u, w, m);
+            if (refused !== null) throw new Error(refused);
+            while (motion.t < {end:?} && motion.step('dp5', 1e-9, {end:?}));
+            return motion.reason ?? 'it goes on';
+        }})()"
+    ));
+    eprintln!("{rust}\n{page}");
+    [rust, page]
+}
+
+#[test]
+fn friction_brakes_after_an_impact() {
+    let model = Thrown { distance: 0.9, kinetic_mu: 2.0, static_mu: 2.5 };
+    let start = model.state().x_rate(3.0).release("wall").release("floor").build().unwrap();
+    let page = Live::new(&model, start).contact("wall", 0.8).stick_slip("floor", "breakaway");
+    let simulate = || model.simulate(start).contact("wall", 0.8).stick_slip("floor", "breakaway");
+    compare(&page, simulate, 3.0, &[By::Rk4(0.01), By::DormandPrince(1e-9), By::Dop853(1e-9)]);
+}
+
+/// Hits every microsecond are no accumulation.
+#[test]
+fn fast_hits_go_on_as_in_rust() {
+    let model = BouncingBall { g: 1e7 };
+    let start = model.state().y(1.25e-6).release("ground").build().unwrap();
+    let page = Live::new(&model, start).contact("ground", 1.0);
+    compare(&page, || model.simulate(start).contact("ground", 1.0), 1e-4, &[By::DormandPrince(1e-9)]);
+}
+
+#[test]
+fn motions_end_with_the_words_of_rust() {
+    let model = BlockOnBelt { stiffness: 1.0, speed: 0.2, kinetic_mu: 0.5, static_mu: 0.8 };
+    let start = model.state().x_rate(0.5).release("belt").build().unwrap();
+    for reason in reasons(&Live::new(&model, start), model.simulate(start), 5.0) {
+        assert!(reason.contains("`belt` is released and comes to rest"), "{reason}");
+    }
+    let model = Press { height: 1.0, speed: 0.5 };
+    let start = model.state().release("plate").build().unwrap();
+    let page = Live::new(&model, start).contact("ground", 0.3).contact("plate", 0.3);
+    let simulation = model.simulate(start).contact("ground", 0.3).contact("plate", 0.3);
+    for reason in reasons(&page, simulation, 5.0) {
+        assert!(reason.contains("`plate` is driven against constraints and contacts"), "{reason}");
+    }
+}
+
+/// Values and derivatives of a periodic spline over many turns, at its seams too.
+#[test]
+fn periodic_splines_have_the_bits_of_rust() {
+    let knots = [0.1, 0.35, 0.6, 0.8, 1.0];
+    let track = CubicSpline::periodic(&knots, &[0.3, -0.2, 0.9, 0.1, 0.3]).unwrap();
+    let model = BeadOnTrack { g: 9.81, track: track.clone() };
+    let engine = Engine::new(&Live::new(&model, model.state().x(0.5).build().unwrap()));
+    let mut at = Vec::new();
+    for turn in -300..300 {
+        for knot in knots {
+            let x: f64 = knot + 0.9 * f64::from(turn);
+            at.extend([x.next_down(), x, x.next_up(), x + 0.07]);
+        }
+    }
+    let found = engine.run::<Vec<f64>>(&format!(
+        "(() => {{
+            const f = piecewise(MODEL.functions[0]);
+            return {at:?}.flatMap((x) => [0, 1, 2, 3].map((order) => f(x, order)));
+        }})()"
+    ));
+    for (i, x) in at.iter().enumerate() {
+        assert_eq!(found[4 * i..][..4], track.derivatives(*x), "at {x:e}");
+    }
 }
 
 /// The tables of both methods with step control, and the constants of their controllers.

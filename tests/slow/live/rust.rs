@@ -79,14 +79,6 @@ fn bouncing_ball() -> Result<State<BouncingBall>> {
     include!("copied/bouncing_ball.rs")
 }
 
-fn particle() -> Result<State<Particle>> {
-    include!("copied/particle.rs")
-}
-
-fn rigid_body() -> Result<State<RigidBody>> {
-    include!("copied/rigid_body.rs")
-}
-
 /// The scripts of a page that print the text, after what its reader did to the `player`.
 pub(crate) fn copy<M: OpenLive>(page: &Live<'_, M>, acts: &str) -> Engine {
     let engine = Engine::new(page);
@@ -221,16 +213,4 @@ fn a_copied_ball_moves_alike() {
     let start = model.state().y(5.0).x_rate(1.0).release("ground").build().unwrap();
     let page = model.live(start).contact("ground", 0.5);
     compare("bouncing_ball", &copy(&page, ""), bouncing_ball(), 1e-6);
-}
-
-/// Vectors and matrices among the parameters.
-#[test]
-fn a_copied_particle_and_a_body_move_alike() {
-    let (magnetic, electric) = ([0.1, 0.7, -0.4].into(), [0.3, 0.0, 0.2].into());
-    let model = Particle { mass: 1.7, charge: 0.8, magnetic, electric };
-    let page = model.live(model.state().x_rate(1.0).build().unwrap());
-    compare("particle", &copy(&page, ""), particle(), 1e-6);
-    let model = RigidBody { inertia: Mat3::diagonal(1.0, 2.0, 2.5) };
-    let page = model.live(model.state().tilt(1.0).yaw_rate(2.0).spin_rate(1.0).build().unwrap());
-    compare("rigid_body", &copy(&page, ""), rigid_body(), 1e-6);
 }

@@ -112,7 +112,7 @@ fn unusual() -> Vec<(&'static str, String)> {
         }),
         ("ball", {
             let start = ball.state().y(1.0).x_rate(20.0).y_rate(15.0).build().unwrap();
-            ball.live(start).plot(["speed"]).stop_at("ground").to_html().unwrap()
+            ball.live(start).plot(["speed"]).stop_at("ground", Direction::Falling).to_html().unwrap()
         }),
         ("reserved", reserved.live(reserved.state().x(1.0).build().unwrap()).to_html().unwrap()),
         ("tiny", {

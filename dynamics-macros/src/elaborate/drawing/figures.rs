@@ -142,6 +142,7 @@ impl Elaborator<'_> {
         condition: &Condition,
         figure: &Figure,
     ) -> Option<Rc<Canvas>> {
+        let figure = figure.clone().lifted(self.model.graph.zero());
         let pen = canvas.pen.clone();
         for (holds, pen) in pen.cases() {
             let holds = condition.clone().and(holds);

@@ -20,7 +20,7 @@ impl<'a> Elaborator<'a> {
     ) -> Option<Value> {
         let made = match (name.to_string().as_str(), arguments) {
             ("to_vec" | "as_slice" | "value", []) => return Some(Value::Array(items.clone())),
-            ("by_ref" | "peekable" | "fuse", []) => return Some(Value::Sequence(items.clone())),
+            ("peekable" | "fuse", []) => return Some(Value::Sequence(items.clone())),
             ("map", [closure]) => {
                 let made = items.iter().map(|item| self.call_argument(closure, vec![item.clone()]));
                 let made: Vec<Value> = made.collect();

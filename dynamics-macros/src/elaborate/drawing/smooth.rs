@@ -51,11 +51,12 @@ impl Elaborator<'_> {
         }
     }
 
-    /// x mod d as d·(½ + arg(−e^{2πi x/d})/2π), since expressions have no remainder. It has the rounding
-    /// errors of an angle: where x is a multiple of d the result may be d instead of 0. Whoever draws marks at
-    /// equal distances d sees the same picture.
+    /// x mod d as |d|·(½ + arg(−e^{2πi x/|d|})/2π), since expressions have no remainder. It has the rounding
+    /// errors of an angle: where x is a multiple of d the result may be |d| instead of 0. Whoever draws marks
+    /// at equal distances d sees the same picture.
     fn remainder(&mut self, x: &Scalar, d: &Scalar, name: &Ident) -> Option<Scalar> {
-        let turns = self.quotient(x, d, name.span())?;
+        let d = Scalar { node: self.model.graph.unary(Unary::Abs, d.node), unit: d.unit.clone() };
+        let turns = self.quotient(x, &d, name.span())?;
         let graph = &mut self.model.graph;
         let turn = graph.number(Number::Float(std::f64::consts::TAU));
         let half = graph.number(Number::Float(0.5));
@@ -65,6 +66,6 @@ impl Elaborator<'_> {
         let angle = graph.binary(Binary::Atan2, sin, cos);
         let part = graph.div(angle, turn)?;
         let part = graph.add(half, part);
-        Some(Scalar { node: graph.mul(d.node, part), unit: d.unit.clone() })
+        Some(Scalar { node: graph.mul(d.node, part), unit: d.unit })
     }
 }

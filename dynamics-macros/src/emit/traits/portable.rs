@@ -13,8 +13,10 @@ impl Emission<'_> {
         let portability = &self.compiled.portability;
         let (javascript, obstacles) = (&portability.javascript, &portability.obstacles);
         let (mathml, symbols) = (&self.compiled.mathml, &portability.symbols);
+        let (spatial, has_kinks, has_energies) =
+            (portability.spatial, portability.has_kinks, portability.has_energies);
         let functions = &self.surface.functions;
-        let names = functions.iter().map(plain);
+        let (names, count) = (functions.iter().map(plain), functions.len());
         let texts = quote!(&'static [&'static #private::str]);
         quote! {
             #private::if_alloc! {
@@ -23,9 +25,13 @@ impl Emission<'_> {
                     const MATHML: &'static #private::str = #mathml;
                     const SYMBOLS: #texts = &[#(#symbols),*];
                     const NOT_PORTABLE: #texts = &[#(#obstacles),*];
+                    const SPATIAL: bool = #spatial;
+                    const HAS_KINKS: bool = #has_kinks;
+                    const HAS_ENERGIES: bool = #has_energies;
                     const FUNCTIONS: #texts = &[#(#names),*];
-                    fn pieces(&self) -> #private::Vec<#private::Option<#private::Pieces>> {
-                        #private::Vec::from([#(#private::SmoothFunction::pieces(&self.#functions)),*])
+                    fn smooth_functions(&self) -> #private::Vec<&dyn #private::SmoothFunction> {
+                        let functions: [&dyn #private::SmoothFunction; #count] = [#(&self.#functions),*];
+                        #private::Vec::from(functions)
                     }
                 }
             }

@@ -100,6 +100,18 @@ impl<'m, M: Simulate> Simulation<'m, M> {
         })
     }
 
+    /// The checks of [`Simulation::check_options`] that matter whatever the method and the end are.
+    pub(super) fn check_declared(
+        &mut self,
+    ) -> Result<(Option<Formulation>, UnilateralConstraints), OptionError> {
+        OptionError::check_parameters(self.model)?;
+        self.check_start()?;
+        let formulation = choose_formulation::<M>(self.formulation)?;
+        let unilaterals = self.check_unilaterals(self.start.t())?;
+        self.check_events(&unilaterals)?;
+        Ok((formulation.map(|(formulation, _)| formulation), unilaterals))
+    }
+
     pub(super) fn check_start(&self) -> Result<(), OptionError> {
         let not_finite = |v: &[f64]| v.iter().position(|x| !x.is_finite());
         if !self.start.t().is_finite() {

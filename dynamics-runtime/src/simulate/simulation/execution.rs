@@ -13,15 +13,18 @@ use crate::constrain::gradients::{is_positive, mass};
 use crate::constrain::solve_general;
 use crate::error::{SingularMassMatrix, SolveError};
 use crate::integrate::choice::Radau5;
-use crate::integrate::{Step, StepFlags, StepNode, StepOptions, Tolerances};
+use crate::integrate::{
+    Accelerations as _, Method, Step, StepError, StepFlags, StepNode, StepOptions, Tolerances,
+};
 use crate::model::{ModelState, SimulationModel, StaticTraits, Vector};
 use crate::progress::Progress;
 use crate::simulate::diagnosis;
 use crate::simulate::erased_method::{ErasedMethod, SharedMethod};
 use crate::simulate::events::location::EventLocator;
 use crate::simulate::events::rules::Flow;
-use crate::simulate::events::unilateral::UnilateralConstraint;
+use crate::simulate::events::unilateral::{UnilateralConstraint, UnilateralConstraints};
 use crate::simulate::failure::{OptionError, SimulationErrorKind};
+use crate::simulate::options::defaults::DEFAULT_TOLERANCE;
 use crate::simulate::options::formulation::Formulation;
 use crate::simulate::pilot_run::PilotRun;
 use crate::simulate::right_hand_side::{InputLaw, RightHandSide, with_inputs};
@@ -48,7 +51,8 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
     /// Runs the simulation and keeps its motion.
     pub fn run(mut self) -> Result<Motion<'m, M>, SimulationError<M>> {
         let checked = self.check()?;
-        let workspace = self.make_start_consistent(&checked)?;
+        let formulation = checked.formulation.as_ref().map(|(formulation, _)| *formulation);
+        let workspace = self.make_start_consistent(formulation, &checked.unilaterals, checked.end)?;
         let mut sink = RecordingSink { records: Vec::new(), events: Vec::new() };
         let (run, result) = self.execute(checked, workspace, &mut sink)?;
         let trajectory = Trajectory { records: sink.records, events: sink.events, ..run.trajectory };
@@ -75,7 +79,8 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
             return Err(self.refuse(OptionError::NothingToCompare.into()));
         }
         let checked = self.check()?;
-        let workspace = self.make_start_consistent(&checked)?;
+        let formulation = checked.formulation.as_ref().map(|(formulation, _)| *formulation);
+        let workspace = self.make_start_consistent(formulation, &checked.unilaterals, checked.end)?;
         let mut observer = |state: &M::State| observer(state).into();
         let start = self.start;
         let times = checked.output_times.clone();
@@ -97,6 +102,33 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
             Ok(()) => Ok(with_inputs::<M>(run.law.as_ref(), last.state)),
             Err(failure) => Err(interrupted(failure, Trajectory { records: vec![last], ..run.trajectory })),
         }
+    }
+
+    /// What [`Simulation::run`] finds before its first step, whatever its method: parameters, the start, declared
+    /// contacts and actions, and accelerations at the start.
+    ///
+    /// # Errors
+    /// Those of the run.
+    // Public for live pages alone, which bring methods of their own.
+    #[doc(hidden)]
+    pub fn check_beginning(mut self) -> Result<(), SimulationError<M>> {
+        let (formulation, unilaterals) = self.check_declared().map_err(|error| self.refuse(error.into()))?;
+        let end = self.end.unwrap_or(f64::INFINITY);
+        let mut workspace = self.make_start_consistent(formulation, &unilaterals, end)?;
+        let constants = self.constants()?;
+        self.check_inertia(&mut workspace)?;
+        let contacts = unilaterals.iter().filter_map(UnilateralConstraint::contact_history::<M>).collect();
+        let law = self.law.as_ref();
+        let setup = RunSetup { simulation: &self, constants: &constants, law, formulation, contacts, end };
+        let options = StepOptions {
+            tolerances: Tolerances::both(DEFAULT_TOLERANCE),
+            fixed: None,
+            first: None,
+            most: f64::INFINITY,
+        };
+        let mut plan = setup.plan(setup.right_hand_side(workspace), options);
+        let found = accelerations_at_start(&mut plan.rhs, &self.start);
+        found.map_err(|failure| self.refuse(failure.explained(&plan, &self.start, Method::Dop853).kind))
     }
 
     /// Runs into a sink, with checked options.
@@ -260,13 +292,17 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
 
     /// Checks that the start fulfils the constraints, and projects it where the formulation projects. Returns
     /// the workspace, for the run.
-    fn make_start_consistent(&mut self, checked: &Checked<'m, M>) -> Result<Vec<f64>, SimulationError<M>> {
-        let formulation = checked.formulation.as_ref().map(|(formulation, _)| *formulation);
+    fn make_start_consistent(
+        &mut self,
+        formulation: Option<Formulation>,
+        unilaterals: &UnilateralConstraints,
+        end: f64,
+    ) -> Result<Vec<f64>, SimulationError<M>> {
         // Constraints may contain inputs: the start is checked with those of the law, and keeps its own.
         let (mut start, held) = (with_inputs::<M>(self.law.as_ref(), self.start), *self.start.inputs());
-        let run = (self.start.t(), checked.end);
+        let run = (self.start.t(), end);
         let mut stabilization = Stabilization::new(formulation, self.drift_limit, self.constants()?, run);
-        for unilateral in &checked.unilaterals {
+        for unilateral in unilaterals {
             unilateral.align_slip_side(start.active_set(), self.model, &mut start, &mut stabilization);
         }
         match stabilization.ensure_consistent_start(self.model, &mut start) {
@@ -368,6 +404,24 @@ impl<'r, 'm, M: SimulationModel> RunSetup<'r, 'm, M> {
         }
         ReferenceRun { run: settings, states, middles, events: probe.events, counts, broken_off }
     }
+}
+
+/// Whether accelerations exist at a start, or, where it is a singular position, along its velocities.
+fn accelerations_at_start<M: SimulationModel>(
+    rhs: &mut RightHandSide<'_, '_, M>,
+    start: &M::State,
+) -> Result<(), RunFailure> {
+    let found = rhs.accelerations(start.t(), start.q(), start.u());
+    let found = found.map_err(|error| RunFailure::of_step::<M>(StepError::Evaluation(error)))?;
+    if let Some(coordinate) = found.as_slice().iter().position(|x| !x.is_finite()) {
+        return Err(RunFailure::of_step::<M>(StepError::NotFinite { coordinate, h: 0.0 }));
+    }
+    if M::IS_UNCONSTRAINED || rhs.stabilization.counts.dependent == 0 {
+        return Ok(());
+    }
+    let start = rhs.state(start.t(), start.q(), start.u());
+    let along = rhs.stabilization.singular_start(rhs.model, rhs.constants, &start, &found);
+    along.map(|_| ()).map_err(RunFailure::here)
 }
 
 /// The first coordinate with a negative inertia whose square overflows.

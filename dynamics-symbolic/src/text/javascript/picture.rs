@@ -15,33 +15,76 @@ use super::JavaScript;
 /// How programs of pictures are written: those of curves stand in a loop of their own.
 const STYLE: program::Style<'_> = program::Style { inline: 72, inline_angle: 0, prefixes: ["c", "v"] };
 
-/// The programs `points` and `drawing`, the list `figures`, and what the page knows of them: members of the
-/// object of all programs, and members of its `model`.
-pub(super) fn picture(language: &JavaScript, model: &mut Model, picture: Picture) -> (String, String) {
-    let Picture { graph, figures, points, .. } = picture;
+/// A printed picture.
+#[derive(Default)]
+pub(super) struct Printed {
+    /// The programs `points` and `drawing` and the list `figures`: members of the object of all programs.
+    pub(super) programs: String,
+    /// What the page knows of them: members of its `model`.
+    pub(super) about: String,
+    /// Whether it shows anything of space.
+    pub(super) in_space: bool,
+    /// Why a part of it is left out, in words.
+    pub(super) obstacle: Option<String>,
+}
+
+/// Prints a picture as far as its programs take no more than so many operations: without its drawing, or without
+/// both where they take more.
+pub(super) fn picture(language: &JavaScript, model: &mut Model, picture: Picture, most: usize) -> Printed {
+    let Picture { graph, figures, mut points, .. } = picture;
     // The picture has expressions of its own.
     let declared = mem::replace(&mut model.graph, graph);
-    let mut programs = points_program(language, model, &points);
-    let mut in_space = points.iter().any(|point| point.at.len() == 3);
+    let mut printed = Printed::default();
+    let mut left = most;
+    let program = points_program(model, &points);
+    match left.checked_sub(program.cost.total()) {
+        Some(rest) => left = rest,
+        None => {
+            printed.obstacle = Some(left_out("points take", program.cost.total(), "has no picture"));
+            points.clear();
+        }
+    }
+    if !points.is_empty() {
+        printed.programs = format!("points: {},\n", super::function(language, model, &program));
+    }
+    printed.in_space = points.iter().any(|point| point.at.len() == 3);
     if let Figures::Of(shapes) = &figures {
-        in_space = shapes.iter().any(|shape| dimension(&shape.figure) == 3);
-        programs.push_str(&drawing(language, model, shapes, in_space));
+        let operations = drawing_operations(model, shapes);
+        if operations <= left {
+            printed.in_space = shapes.iter().any(|shape| dimension(&shape.figure) == 3);
+            printed.programs.push_str(&drawing(language, model, shapes, printed.in_space));
+        } else {
+            let instead = if points.is_empty() { "has no picture" } else { "draws points" };
+            printed.obstacle = Some(left_out("drawing takes", operations, instead));
+        }
     }
     model.graph = declared;
     let named = points
         .iter()
         .map(|NamedPoint { name, at }| format!("{{ name: {}, dimension: {} }}", quoted(name), at.len()));
-    let about = format!("space: {in_space}, points: [{}]", named.collect::<Vec<_>>().join(", "));
-    (programs, about)
+    let Printed { in_space, about, .. } = &mut printed;
+    *about = format!("space: {in_space}, points: [{}]", named.collect::<Vec<_>>().join(", "));
+    printed
 }
 
-fn points_program(language: &JavaScript, model: &Model, points: &[NamedPoint]) -> String {
+fn left_out(what: &str, operations: usize, instead: &str) -> String {
+    format!("its {what} {operations} operations, too many beside its programs: its live page {instead}")
+}
+
+fn points_program(model: &Model, points: &[NamedPoint]) -> Program {
     let all: Vec<NodeId> = points.iter().flat_map(|point| point.at.iter().copied()).collect();
-    if all.is_empty() {
-        return String::new();
-    }
-    let program = schedule(&model.graph, "points", &all, Staging::Inline);
-    format!("points: {},\n", super::function(language, model, &program))
+    schedule(&model.graph, "points", &all, Staging::Inline)
+}
+
+/// Operations of the program of a drawing. The point of a curve counts once: it stands in a loop.
+fn drawing_operations(model: &Model, shapes: &[Shape]) -> usize {
+    let numbers: Vec<NodeId> = shapes.iter().flat_map(Shape::numbers).collect();
+    let curves = shapes.iter().filter_map(|shape| match &shape.figure {
+        Figure::Curve { point, .. } => Some(point.as_slice()),
+        _ => None,
+    });
+    let all = [numbers.as_slice()].into_iter().chain(curves);
+    all.map(|nodes| schedule(&model.graph, "drawing", nodes, Staging::Inline).cost.total()).sum()
 }
 
 fn drawing(language: &JavaScript, model: &Model, shapes: &[Shape], in_space: bool) -> String {
