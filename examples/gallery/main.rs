@@ -1,5 +1,5 @@
-//! The simulations of the book as a gallery of live pages: `target/gallery/index.html` has a moving picture of
-//! each.
+//! The simulations of the book as a gallery of live pages: `target/gallery/index.html` shows all of them
+//! moving.
 //!
 //! The pages come from the examples, and from the files beside this one for what no example has.
 
