@@ -95,7 +95,7 @@ class Slider {
     this.show(value);
     // What changes may set the slider to what came of it.
     const refusal = this.change(value), after = this.now?.();
-    const stays = !refusal && Math.abs(after - earlier) < 1e-3 * Math.abs(value - earlier);
+    const stays = !refusal && Math.abs(after - earlier) < 1e-6 * Math.abs(value - earlier);
     this.refusal.textContent = refusal ?? (stays ? "held by the constraints" : "");
     if (refusal) this.show(before);
     else if (after !== undefined) this.show(after);

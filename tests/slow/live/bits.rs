@@ -1,7 +1,9 @@
-//! Every program in JavaScript has the bits of the Rust program, at random states.
+//! Programs in JavaScript have the bits of the Rust programs, at random states: those that move a model, its
+//! energies and powers, and what its constraints say.
 
-use dynamics::live::{Live, OpenLive};
+use dynamics::live::OpenLive;
 use dynamics::model::{ModelState, Vector};
+use dynamics::smooth::Pieces;
 
 use crate::engine::{Engine, Numbers};
 
@@ -46,12 +48,23 @@ fn random_state<M: OpenLive>(numbers: &mut Numbers) -> M::State {
     M::State::new(numbers.between(0.0, 10.0), q, u, inputs)
 }
 
+/// The smooth functions of a model, as pages have them.
+fn functions<M: OpenLive>(model: &M) -> String {
+    let pieces = model.pieces().into_iter().map(|pieces| {
+        let Pieces { knots, coefficients, outside } = pieces.unwrap();
+        let outside = format!("{outside:?}").to_lowercase();
+        format!("{{ knots: {knots:?}, coefficients: {coefficients:?}, outside: \"{outside}\" }}")
+    });
+    format!("{{ functions: [{}] }}", pieces.collect::<Vec<_>>().join(", "))
+}
+
 /// Compares all programs of a model at random states; the number of comparisons.
 pub(crate) fn compare<M: OpenLive>(model: &M) -> usize {
     let parameters: Vec<f64> = (0..M::PARAMETERS.len()).map(|i| model.parameter(i).unwrap()).collect();
     let mut numbers = Numbers::new(M::NAME);
     let states: Vec<M::State> = (0..STATES).map(|_| random_state::<M>(&mut numbers)).collect();
-    let engine = Engine::new(&Live::new(model, states[0]));
+    // Random states fulfil no constraints: no page would begin there.
+    let engine = Engine::with_data::<M>(&functions(model));
     let mut names: Vec<&str> = Vec::new();
     for state in &states {
         for (name, _) in expected(model, state) {

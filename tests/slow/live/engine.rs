@@ -11,14 +11,18 @@ pub(crate) struct Engine {
 
 impl Engine {
     pub(crate) fn new<M: OpenLive>(page: &Live<'_, M>) -> Self {
+        Self::with_data::<M>(&page.to_json().unwrap())
+    }
+
+    /// With the data of a page as JSON, or part of it.
+    pub(crate) fn with_data<M: OpenLive>(data: &str) -> Self {
         let runtime = Runtime::new().unwrap();
         let context = Context::full(&runtime).unwrap();
         let engine = Self { context, _runtime: runtime };
         engine.run::<()>(&motion_script());
         engine.run::<()>(&format!(
-            "const PROGRAMS = {}, MODEL = {{ ...{}, ...PROGRAMS.model }};",
-            M::JAVASCRIPT,
-            page.to_json().unwrap()
+            "const PROGRAMS = {}, MODEL = {{ ...{data}, ...PROGRAMS.model }};",
+            M::JAVASCRIPT
         ));
         engine
     }

@@ -3,7 +3,7 @@
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::super::plain;
+use super::super::{local, plain};
 use super::Emission;
 
 impl Emission<'_> {
@@ -17,6 +17,7 @@ impl Emission<'_> {
             (portability.spatial, portability.has_kinks, portability.has_energies);
         let functions = &self.surface.functions;
         let (names, count) = (functions.iter().map(plain), functions.len());
+        let all = local("functions");
         let texts = quote!(&'static [&'static #private::str]);
         quote! {
             #private::if_alloc! {
@@ -25,13 +26,13 @@ impl Emission<'_> {
                     const MATHML: &'static #private::str = #mathml;
                     const SYMBOLS: #texts = &[#(#symbols),*];
                     const NOT_PORTABLE: #texts = &[#(#obstacles),*];
-                    const SPATIAL: bool = #spatial;
-                    const HAS_KINKS: bool = #has_kinks;
-                    const HAS_ENERGIES: bool = #has_energies;
+                    const SPATIAL: #private::bool = #spatial;
+                    const HAS_KINKS: #private::bool = #has_kinks;
+                    const HAS_ENERGIES: #private::bool = #has_energies;
                     const FUNCTIONS: #texts = &[#(#names),*];
                     fn smooth_functions(&self) -> #private::Vec<&dyn #private::SmoothFunction> {
-                        let functions: [&dyn #private::SmoothFunction; #count] = [#(&self.#functions),*];
-                        #private::Vec::from(functions)
+                        let #all: [&dyn #private::SmoothFunction; #count] = [#(&self.#functions),*];
+                        #private::Vec::from(#all)
                     }
                 }
             }
