@@ -86,7 +86,7 @@ pub use dynamics_runtime::{
 };
 // Needed by generated code and by tests: what jets, series and numbers are made of.
 #[doc(hidden)]
-pub use dynamics_runtime::{lanes, math, reaction, scalar, series, sin_cos, smooth};
+pub use dynamics_runtime::{lanes, math, reaction, scalar, series, sin_cos};
 
 /// What a model and a run need: `use dynamics::prelude::*;`.
 ///
