@@ -63,7 +63,7 @@ pub(crate) fn data<M: SimulationModel + Portable>(live: &Live<'_, M>, plan: &Pla
     ];
     let mut out = String::from("{");
     for (key, value) in entries {
-        let _ = write!(out, "\"{key}\":{value},\n");
+        let _ = writeln!(out, "\"{key}\":{value},");
     }
     // Without a number the page takes a step from the motion's own time.
     let accuracy = plan.accuracy.map_or_else(|| "null".to_owned(), json_number);

@@ -14,9 +14,11 @@ pub(crate) struct Parts {
     pub(crate) events: bool,
 }
 
-/// What computes, in the order in which it has to be read, and whether a model with these parts needs it. It knows
-/// nothing of pages.
-const MOTION: [(&str, fn(Parts) -> bool); 23] = [
+/// A script, and whether a model with these parts needs it.
+type Script = (&'static str, fn(Parts) -> bool);
+
+/// What computes, in the order in which it has to be read. It knows nothing of pages.
+const MOTION: [Script; 23] = [
     (include_str!("motion/numbers.js"), |_| true),
     (include_str!("motion/methods.js"), |_| true),
     (include_str!("motion/linear.js"), |_| true),

@@ -61,8 +61,11 @@ examples! {
 /// A finished page.
 type Page = Result<LivePage, Box<dyn Error>>;
 
-/// The pages by the chapters of the book, with their names as files.
-const CHAPTERS: &[(&str, &[(&str, fn() -> Page)])] = &[
+/// A chapter with its pages and their names as files.
+type Chapter = (&'static str, &'static [(&'static str, fn() -> Page)]);
+
+/// The pages by the chapters of the book.
+const CHAPTERS: &[Chapter] = &[
     (
         "2 Particles and constraints",
         &[

@@ -88,7 +88,7 @@ impl LogarithmicDecrement {
         let damping_ratio = decrement / length;
         let times: Vec<f64> = extremes.iter().map(|(t, _)| *t).collect();
         let half_period = fitted_slope(&times).0;
-        if !(half_period > 0.0) {
+        if half_period.is_nan() || half_period <= 0.0 {
             let must_be = "a positive number; give a larger least swing";
             return Err(VibrationError::Value {
                 what: "the time between extremes",
