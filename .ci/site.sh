@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # The course, the gallery of live pages and the documentation of the library as one folder, target/site. Its
-# index.html can be opened from disk, and the folder can be served as it is. The course needs mdbook; without it
-# the script says how to get it, and leaves the course out. `--quick` leaves out the documentation of the library.
+# index.html can be opened from disk, and the folder can be served as it is. The course needs mdbook; without
+# it the script says how to get it, and leaves the course out. `--quick` leaves out the documentation of the
+# library.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export CARGO_TERM_COLOR=never CARGO_INCREMENTAL=0
@@ -23,7 +24,7 @@ done
 book="" api=""
 if mdbook --version >/dev/null 2>&1; then
     mdbook build docs/book --dest-dir "$PWD/$site/book"
-    book='<li><a href="book/index.html">The course</a>: ten pages, each with a model, its equations, and a live page.</li>'
+    book='<li><a href="book/index.html">The course</a>: ten pages, each with a model and a live page.</li>'
 else
     echo "left out: the course needs mdbook: cargo install --locked mdbook" >&2
 fi
@@ -46,8 +47,8 @@ body { font: 1.1rem/1.5 system-ui, sans-serif; max-width: 40rem; margin: 3rem au
 li { margin: .6rem 0; }
 </style>
 <h1>Mechanics in motion</h1>
-<p>A mechanical system, written as energies and constraints in Rust, becomes equations while it is compiled, and
-then moves.</p>
+<p>A mechanical system, written as energies and constraints in Rust, becomes equations while it is compiled,
+and then moves.</p>
 <ul>
 $book
 <li><a href="gallery/index.html">The gallery</a>: simulations that compute in your browser.</li>

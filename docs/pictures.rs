@@ -1,6 +1,6 @@
 // The pictures of the guide are compared with the files in `docs/guide/pictures/`, those of the book (named
-// `book/..`) with the files in `docs/book/src/pictures/`. The comments behind the examples call these functions
-// (`tests/pages/lib.rs`). `UPDATE_CHARTS=1` writes the pictures instead.
+// `book/..`) with the files in `docs/book/src/pictures/`. The comments behind the examples call these
+// functions (`tests/pages/lib.rs`). `UPDATE_CHARTS=1` writes the pictures instead.
 //
 // Charts are SVG files that the library writes. A `Drawing` is shown by the pages that the library writes for
 // browsers; for the printed page it is painted here, as those pages paint it.
@@ -122,7 +122,8 @@ mod pictures {
 
     // ---- printed text
 
-    /// A block of text on this page of the book is what the example prints. A line `...` stands for any lines.
+    /// A block of text on this page of the book is what the example prints. A line `...` stands for any
+    /// lines.
     pub fn prints(page: &str, text: &str) {
         let path = docs().join(format!("book/src/{page}.md"));
         let markdown = std::fs::read_to_string(&path).unwrap();

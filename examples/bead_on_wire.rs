@@ -15,8 +15,8 @@ use dynamics::prelude::*;
 use dynamics::simulate::Flow;
 
 /// A bead slides along a wavy wire; the arrow is the push of the wire. On the smooth wire energy is
-/// conserved, and the push is m (g cos α + κ v²): largest in the trough, least near the crests. Raise k: the
-/// push grows with the curvature κ.
+/// conserved, and the push is m (g cos α + κ v²): largest in the trough, least near the crests. Raise k:
+/// the push grows with the curvature κ.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m)]
 #[inputs(direction)]

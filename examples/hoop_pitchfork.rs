@@ -17,8 +17,8 @@ use dynamics::output::{Animation, Axis, Panel};
 use dynamics::prelude::*;
 
 /// A bead on a hoop that turns about its diameter. Below ω² = g/R the bottom is stable, above it two
-/// positions aside are, at cos θ = g/(R ω²). Change the speed through 4.43 rad/s; with an offset one side is
-/// preferred.
+/// positions aside are, at cos θ = g/(R ω²). Change the speed through 4.43 rad/s; with an offset one side
+/// is preferred.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(theta: rad)]
 #[units(mass: kg, radius: m, offset: m, speed: rad / s, g: m / s^2)]

@@ -9,9 +9,9 @@ mod common;
 use dynamics::output::{Animation, Axis, Chart, Panel};
 use dynamics::prelude::*;
 
-/// A baseball thrown at 45 m/s; the arrow is its velocity. Without air, as at first, it flies v²/g far at 45°
-/// and lands as fast as it was thrown. Raise the drag k to 9e-4 kg/m, as of air, and half of the range is
-/// gone.
+/// A baseball thrown at 45 m/s; the arrow is its velocity. Without air, as at first, it flies v²/g far at
+/// 45° and lands as fast as it was thrown. Raise the drag k to 9e-4 kg/m, as of air, and half of the range
+/// is gone.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: m, y: m)]
 #[units(mass: kg, k: kg / m, g: m / s^2)]

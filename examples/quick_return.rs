@@ -13,8 +13,8 @@ use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
 
 /// Whitworth's quick-return mechanism of a shaping machine: slow forth under the load of the cut, fast back.
-/// The crank turns steadily: 240° for the way forth, 120° for the way back. Lengthen the crank's radius, and
-/// the way back gets faster; then look at the torque of the motor.
+/// The crank turns steadily: 240° for the way forth, 120° for the way back. Lengthen the crank's radius,
+/// and the way back gets faster; then look at the torque of the motor.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(crank: rad, arm: rad, slide: m, link: rad, ram: m)]
 #[units(

@@ -14,7 +14,8 @@ use dynamics::output::{Axis, Panel};
 use dynamics::prelude::*;
 
 /// A shallow arch of two bars with a load at its apex. Raise the load slowly past its limit of 15 N: the
-/// arch snaps through, and no equilibrium is near. Then lower the load to −15 N and more, and it comes back.
+/// arch snaps through, and no equilibrium is near. Then lower the load to −15 N and more, and it comes
+/// back.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(z: m)]
 #[units(mass: kg, half_span: m, rise: m, stiffness: N / m, damper: N * s / m, load: N)]

@@ -8,7 +8,10 @@ use dynamics_view::{FileError, suggest};
 #[non_exhaustive]
 pub enum LiveError {
     /// The model has no programs outside of Rust.
-    #[error("`{model}` has no live page: {}; `.animate(..)` of a recorded motion shows it", .reasons.join("; "))]
+    #[error(
+        "`{model}` has no live page: {}; `.animate(..)` of a recorded motion shows it",
+        .reasons.join("; ")
+    )]
     NotPortable {
         /// Its name.
         model: &'static str,
@@ -68,7 +71,10 @@ pub enum LiveError {
         known: Vec<String>,
     },
     /// The ends of a slider are not two increasing numbers.
-    #[error("the slider of `{name}` goes from {} to {}; the second has to be greater, both finite", .range[0], .range[1])]
+    #[error(
+        "the slider of `{name}` goes from {} to {}; the second has to be greater, both finite",
+        .range[0], .range[1]
+    )]
     Range {
         /// Name of the parameter or input.
         name: String,
@@ -76,7 +82,10 @@ pub enum LiveError {
         range: [f64; 2],
     },
     /// The value of a parameter or an input is not between the ends of its slider.
-    #[error("the slider of `{name}` goes from {} to {} and cannot show its value, {value}", .range[0], .range[1])]
+    #[error(
+        "the slider of `{name}` goes from {} to {} and cannot show its value, {value}",
+        .range[0], .range[1]
+    )]
     OutOfRange {
         /// Its name.
         name: &'static str,

@@ -23,8 +23,8 @@ pub trait OpenLive: SimulationModel + Portable {
 
 impl<M: SimulationModel + Portable> OpenLive for M {}
 
-/// A method that pages have. Those of [`methods`] that pages have, too, convert into it; the compiler refuses the
-/// others. The implicit midpoint rule has this name alone.
+/// A method that pages have. Those of [`methods`] that pages have, too, convert into it; the compiler refuses
+/// the others. The implicit midpoint rule has this name alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PageMethod {
@@ -141,8 +141,8 @@ impl<'a, M: SimulationModel + Portable> Live<'a, M> {
         self
     }
 
-    /// The ends of the slider of a parameter or an input, its value between them; the name of a field stands for
-    /// all its elements. By default a positive parameter's goes from a tenth to ten times its value.
+    /// The ends of the slider of a parameter or an input, its value between them; the name of a field stands
+    /// for all its elements. By default a positive parameter's goes from a tenth to ten times its value.
     pub fn range(mut self, name: impl Into<String>, from: f64, to: f64) -> Self {
         self.ranges.push((name.into(), [from, to]));
         self
@@ -166,15 +166,15 @@ impl<'a, M: SimulationModel + Portable> Live<'a, M> {
         self
     }
 
-    /// The step at the beginning, of methods with a fixed step. By default the page takes a hundredth of a second
-    /// of playing.
+    /// The step at the beginning, of methods with a fixed step. By default the page takes a hundredth of a
+    /// second of playing.
     pub fn step(mut self, step: f64) -> Self {
         self.step = Some(step);
         self
     }
 
-    /// Quantities that are plotted over time: coordinates, velocities as `theta_rate` or `theta_rate[3]`, outputs,
-    /// conserved quantities, powers, `energy`, `kinetic energy`, `potential energy`, reactions as
+    /// Quantities that are plotted over time: coordinates, velocities as `theta_rate` or `theta_rate[3]`,
+    /// outputs, conserved quantities, powers, `energy`, `kinetic energy`, `potential energy`, reactions as
     /// `lambda[closure.x]`.
     pub fn plot<S: Into<String>>(mut self, names: impl IntoIterator<Item = S>) -> Self {
         self.plots.extend(names.into_iter().map(Into::into));

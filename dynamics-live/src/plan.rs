@@ -19,7 +19,8 @@ pub(crate) struct Plan {
     /// Of the parameters, then of the inputs.
     pub(crate) sliders: Vec<Slider>,
     pub(crate) method: PageMethod,
-    /// Its tolerance or step; of a fixed step that was not given the page takes a part of the motion's own time.
+    /// Its tolerance or step; of a fixed step that was not given the page takes a part of the motion's own
+    /// time.
     pub(crate) accuracy: Option<f64>,
     /// The coordinate of the phase plane.
     pub(crate) phase: usize,

@@ -104,8 +104,8 @@ fn orders_of_convergence() {
     check::<AdamsBashforth4<V>>(200, 5.0, 4.0, 0.05);
 }
 
-/// The growth of an oscillator q̈ = −q per step, or what stays of a fast decay, agree with the polynomials of
-/// stability; multistep methods are stable inside their borders and not outside.
+/// The growth of an oscillator q̈ = −q per step, or what stays of a fast decay, agree with the polynomials
+/// of stability; multistep methods are stable inside their borders and not outside.
 #[test]
 fn teaching_methods_are_stable_as_far_as_they_say() {
     /// √(q² + u²) of q̈ = −ω² q − 2d u from (1, 0) after n steps of 1, by its first value.

@@ -4,7 +4,8 @@
 
 use alloc::string::String;
 
-/// Colours, numbers and the painters of all figures; axes of plots; what the viewer does with picture and bar.
+/// Colours, numbers and the painters of all figures; axes of plots; what the viewer does with picture and
+/// bar.
 pub const SHARED: [&str; 4] = [
     include_str!("animation/paint.js"),
     include_str!("animation/axes.js"),

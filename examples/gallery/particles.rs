@@ -129,7 +129,8 @@ impl RoughBead {
     fn grip(&self, q: &Coordinates<Self>) -> Expr {
         self.bead(q).dt().dot(self.tangent(q))
     }
-    /// Push of the wire, upward where positive: λ ‖∇Φ‖, and ∇Φ is the unit normal over the tangent's x.
+    /// Push of the wire, upward where positive: λ ‖∇Φ‖, and ∇Φ is the unit normal over the
+    /// tangent's x.
     #[output]
     fn push(&self, q: &Coordinates<Self>) -> Expr {
         q.reaction(Self::wire) / self.tangent(q).x

@@ -100,9 +100,9 @@ pub(crate) fn redundant_four_bar() -> Page {
         .finish()?)
 }
 
-/// A disc on a slope; the arrow is the force of friction. It rolls as long as tan α < μ (1 + m r²/J), three
-/// times μ for a full disc; on a steeper slope it slips. Give it backspin, and it slips until its rim is as
-/// fast as it.
+/// A disc on a slope; the arrow is the force of friction. It rolls as long as tan α < μ (1 + m r²/J),
+/// three times μ for a full disc; on a steeper slope it slips. Give it backspin, and it slips until its rim
+/// is as fast as it.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(s: m, phi: rad)]
 #[units(mass: kg, radius: m, slope: rad, length: m, g: m / s^2)]

@@ -211,8 +211,8 @@ pub fn inverse_fourier_transform(values: &[Complex<f64>]) -> Vec<Complex<f64>> {
     samples
 }
 
-/// The convolution Σᵢ aᵢ b_{k−i} of two sequences, as long as both together less one, in O(n log n): the
-/// response of a filter, or of a system by its response to an impulse, which the interval of the samples
+/// The convolution Σᵢ aᵢ b_{k−i} of two sequences, as long as both together less one, in O(n log n):
+/// the response of a filter, or of a system by its response to an impulse, which the interval of the samples
 /// multiplies. Rounding is 1e-15 of the largest value, not of each. It is empty where one of them is.
 #[must_use]
 pub fn convolve(a: &[f64], b: &[f64]) -> Vec<f64> {

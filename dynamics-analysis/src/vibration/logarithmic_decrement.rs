@@ -1,11 +1,11 @@
 //! Damping from a free decay: the logarithmic decrement.
 //!
-//! A freely decaying oscillation x = x₀ + a e^{−ζωt} cos(ω_d t + φ) swings from one extreme to the next by
-//! A_k, and A_k/A_{k+2} = e^δ with the logarithmic decrement δ = 2πζ/√(1 − ζ²). Swings are differences of
-//! neighbouring extremes, so a constant offset x₀ drops out. The logarithms of all swings are fitted by a
-//! straight line over k, whose slope is −δ/2; its scatter gives the spread. (S. S. Rao, *Mechanical
-//! Vibrations*, 6th ed., §2.6.3; a fit to all swings in place of two: D. J. Ewins, *Modal Testing*, 2nd ed.,
-//! §4.)
+//! A freely decaying oscillation x = x₀ + a e^{−ζωt} cos(ω_d t + φ) swings from one extreme to the
+//! next by A_k, and A_k/A_{k+2} = e^δ with the logarithmic decrement δ = 2πζ/√(1 − ζ²). Swings are
+//! differences of neighbouring extremes, so a constant offset x₀ drops out. The logarithms of all swings
+//! are fitted by a straight line over k, whose slope is −δ/2; its scatter gives the spread. (S. S. Rao,
+//! *Mechanical Vibrations*, 6th ed., §2.6.3; a fit to all swings in place of two: D. J. Ewins, *Modal
+//! Testing*, 2nd ed., §4.)
 //!
 //! An extreme is that of the parabola of least squares through the samples within a sixth of half a period on
 //! either side. The highest sample alone would be higher by the noise, whatever the swing, and damping would

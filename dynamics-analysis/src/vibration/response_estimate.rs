@@ -2,10 +2,10 @@
 //!
 //! Both signals are divided into segments that overlap by half. Each has its mean taken off and is multiplied
 //! by a window; products of their transforms are averaged over the segments (P. D. Welch, IEEE Trans. Audio
-//! 15 (1967) 70): S_xx = Σ|X|², S_yy = Σ|Y|², S_xy = Σ X̄Y. Then H₁ = S_xy/S_xx, which noise in the output
-//! does not bias, and γ² = |S_xy|²/(S_xx S_yy), the share of the output's power that the input explains
-//! (J. S. Bendat & A. G. Piersol, *Random Data*, 4th ed., §6.1 and §9.2). H₂ = S_yy/S̄_xy = H₁/γ² is not
-//! biased by noise in the input.
+//! 15 (1967) 70): S_xx = Σ|X|², S_yy = Σ|Y|², S_xy = Σ X̄Y. Then H₁ = S_xy/S_xx, which noise in the
+//! output does not bias, and γ² = |S_xy|²/(S_xx S_yy), the share of the output's power that the input
+//! explains (J. S. Bendat & A. G. Piersol, *Random Data*, 4th ed., §6.1 and §9.2). H₂ = S_yy/S̄_xy =
+//! H₁/γ² is not biased by noise in the input.
 
 use alloc::vec::Vec;
 use core::f64::consts::TAU;
@@ -99,16 +99,18 @@ impl ResponseEstimate {
         })
     }
 
-    /// H₂ = H₁/γ²: not biased by noise in the input, but by noise in the output. |H| lies between |H₁| and
+    /// H₂ = H₁/γ²: not biased by noise in the input, but by noise in the output. |H| lies between
+    /// |H₁| and
     /// |H₂| where noise is in both. Not finite where the coherence is 0.
     #[must_use]
     pub fn h2(&self) -> Vec<Complex<f64>> {
         self.h1.iter().zip(&self.coherence).map(|(h1, coherence)| h1 / *coherence).collect()
     }
 
-    /// The standard deviation of |H₁| relative to itself, √((1 − γ²)/(2γ² n)) for n independent segments
-    /// (Bendat & Piersol, §9.2.4). Segments that overlap by half are nearly independent under Hann's window,
-    /// and less so under a rectangular one. Infinite where the coherence is 0: nothing is known of H₁ there.
+    /// The standard deviation of |H₁| relative to itself, √((1 − γ²)/(2γ² n)) for n independent
+    /// segments (Bendat & Piersol, §9.2.4). Segments that overlap by half are nearly independent under
+    /// Hann's window, and less so under a rectangular one. Infinite where the coherence is 0: nothing is
+    /// known of H₁ there.
     #[must_use]
     pub fn relative_spread(&self) -> Vec<f64> {
         let n = self.segments as f64;

@@ -1,13 +1,14 @@
-//! The shock response spectrum: how far oscillators of all frequencies are driven by one motion of their base.
+//! The shock response spectrum: how far oscillators of all frequencies are driven by one motion of their
+//! base.
 //!
-//! An oscillator on a base with the acceleration a(t) has z̈ + 2ζω ż + ω² z = −a, z its displacement relative
-//! to the base. Between samples a is a straight line, for which the step from sample to sample is exact: the
-//! transition of (z, ż) in closed form, and weights of the two samples (N. C. Nigam & P. C. Jennings, Bull.
-//! Seismol. Soc. Am. 59 (1969) 909; as a filter: D. O. Smallwood, Shock Vib. Bull. 56 (1981) 279;
-//! ISO 18431-4). The weights are integrals of the response to an impulse, by Gauss's rule of eight points,
-//! which is exact to rounding for steps of at most [`LONGEST_ANGLE`] of the oscillation; longer ones are
-//! divided. Largest values between samples are those of cubics through z and ż. After the last sample a is
-//! 0, and the residual is the first extreme of the free decay, in closed form.
+//! An oscillator on a base with the acceleration a(t) has z̈ + 2ζω ż + ω² z = −a, z its displacement
+//! relative to the base. Between samples a is a straight line, for which the step from sample to sample is
+//! exact: the transition of (z, ż) in closed form, and weights of the two samples (N. C. Nigam & P. C.
+//! Jennings, Bull. Seismol. Soc. Am. 59 (1969) 909; as a filter: D. O. Smallwood, Shock Vib. Bull. 56 (1981)
+//! 279; ISO 18431-4). The weights are integrals of the response to an impulse, by Gauss's rule of eight
+//! points, which is exact to rounding for steps of at most [`LONGEST_ANGLE`] of the oscillation; longer ones
+//! are divided. Largest values between samples are those of cubics through z and ż. After the last sample a
+//! is 0, and the residual is the first extreme of the free decay, in closed form.
 
 use alloc::vec::Vec;
 use core::f64::consts::PI;
@@ -207,7 +208,8 @@ impl Oscillator {
 
     /// The largest |z| of the free decay from a state.
     fn residual(&self, [z, rate]: [f64; 2]) -> f64 {
-        // ż = e^{−ζωt}(ż₀ cos ω_d t − (ω² z₀ + ζω ż₀)/ω_d sin ω_d t) is zero first within half a period.
+        // ż = e^{−ζωt}(ż₀ cos ω_d t − (ω² z₀ + ζω ż₀)/ω_d sin ω_d t) is zero first
+        // within half a period.
         let (omega, zeta) = (self.omega, self.zeta);
         let angle = (rate * self.damped).atan2(omega * omega * z + zeta * omega * rate).rem_euclid(PI);
         let (g, g_rate) = self.impulse_response(angle / self.damped);

@@ -10,7 +10,9 @@ const MAX_NEWTON_STEPS = 25;
 const ADMISSIBLE_DISTANCE = 1e-9;
 /** Largest violation with which a start counts as consistent, in parts of its size. */
 const CONSISTENT = 1e-6;
-/** Φ_q a = γ counts as contradictory where the best a leaves a residual above this part of the size of γ. */
+/**
+ * Φ_q a = γ counts as contradictory where the best a leaves a residual above this part of the size of γ.
+ */
 const CONTRADICTION_TOLERANCE = 1e-6;
 /** This part of ‖a‖ is added to the size of γ in that test: at rest γ is rounding only. */
 const ROUNDING_PER_ACCELERATION = 1e-6;
@@ -131,7 +133,8 @@ class Constraints {
 
   /**
    * The size of what a row involves, of coordinates or velocities `values`: of each the model's own size and
-   * the largest value of the same unit together. As `size_along` in `dynamics-runtime/src/constrain/assemble.rs`.
+   * the largest value of the same unit together. As `size_along` in
+   * `dynamics-runtime/src/constrain/assemble.rs`.
    */
   size_along(t, q, u, row, values) {
     const { system } = this,
@@ -267,7 +270,9 @@ class Constraints {
     return true;
   }
 
-  /** −Φ of the rows that hold, or −Φ̇, into `right`; its largest size, NaN where a row is not finite. */
+  /**
+   * −Φ of the rows that hold, or −Φ̇, into `right`; its largest size, NaN where a row is not finite.
+   */
   residual(t, q, u, positions) {
     const { system, right } = this,
       { r } = system;
@@ -348,8 +353,8 @@ class Constraints {
   }
 
   /**
-   * Φ is known to ε(1 + |q|). Where corrections are A times as large as in the mean, positions are wrong by A
-   * times that along the direction that is nearly lost, and velocities by A²|q̇| times that.
+   * Φ is known to ε(1 + |q|). Where corrections are A times as large as in the mean, positions are wrong by
+   * A times that along the direction that is nearly lost, and velocities by A²|q̇| times that.
    */
   projection_noise(q, u) {
     const { sensitivity } = this;

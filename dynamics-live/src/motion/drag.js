@@ -1,7 +1,8 @@
 // Dragging a point of a motion: the least change of the coordinates that brings it somewhere.
 //
-// Damped least squares in the norm ‖δ‖² = Σ Mᵢᵢ δᵢ², so that light bodies follow before heavy ones and units
-// do not matter. Under constraints δ stays in their tangent space, and the result is put onto them.
+// Damped least squares in the norm ‖δ‖² = Σ Mᵢᵢ δᵢ², so that light bodies follow before heavy
+// ones and units do not matter. Under constraints δ stays in their tangent space, and the result is put onto
+// them.
 
 /** Damping, in parts of the trace of J Jᵀ: it keeps the change small where the point cannot move on. */
 const DRAG_DAMPING = 1e-4;

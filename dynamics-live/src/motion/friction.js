@@ -22,9 +22,9 @@ class ReactionForces {
   }
 
   /**
-   * Forces that depend on the reactions of the same instant: G(λ) = λ − λ₀ − S Q(λ) = 0 by Newton's method
-   * from the frictionless reactions and from every pattern of their signs. Coulomb's law need not have a
-   * solution, and may have several.
+   * Forces that depend on the reactions of the same instant: G(λ) = λ − λ₀ − S Q(λ) = 0 by Newton's
+   * method from the frictionless reactions and from every pattern of their signs. Coulomb's law need not have
+   * a solution, and may have several.
    */
   solve(t, q, u, a, l) {
     const { system, constraints } = this,

@@ -4,8 +4,8 @@
 //
 //   M a − Φ_qᵀ λ = Q        Φ_q a = γ        M n×n, Φ_q m×n of any rank k
 //
-// Coordinates are scaled by 1/√Mᵢᵢ and rows to unit length. The rank is decided by pivoting, and λ is the one
-// of least norm.
+// Coordinates are scaled by 1/√Mᵢᵢ and rows to unit length. The rank is decided by pivoting, and λ is
+// the one of least norm.
 
 /** A row repeats others where its distance from their span is below this part of its length. */
 const RANK_TOLERANCE = 1e-8;
@@ -46,7 +46,8 @@ function reflect(v, from_v, tau, x, from_x, count) {
 /**
  * Complete orthogonal decomposition of the rows of a matrix, with its rank.
  *
- * Aᵀ P = Q [R₁ R₂; 0 0], then [R₁ R₂] = [T 0] Vᵀ: the first `rank` columns of Q span the row space.
+ * Aᵀ P = Q [R₁ R₂; 0 0], then [R₁ R₂] = [T 0] Vᵀ: the first `rank` columns of Q span the row
+ * space.
  */
 class Orthogonal {
   constructor(most_rows, columns) {
@@ -262,7 +263,9 @@ class FactoredSystem {
     return this.factor_free(inertia);
   }
 
-  /** sⱼ = 1/√Mⱼⱼ; coordinates without inertia, or with almost none, get the size of their partners. */
+  /**
+   * sⱼ = 1/√Mⱼⱼ; coordinates without inertia, or with almost none, get the size of their partners.
+   */
   scale_coordinates(mass) {
     const { n, scale, m, jacobian } = this;
     const by_inertia = (l) => {

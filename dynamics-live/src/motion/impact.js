@@ -1,8 +1,8 @@
 // Impacts: the jump of velocities when constraints take hold at once, by Poisson's hypothesis in two phases.
 //
 // Compression brings the rates of the rows that hit to zero and keeps those that hold; restitution returns to
-// each hit its part of the impulse that it took. Contacts push and do not pull, 0 ≤ Λ ⟂ Φ̇⁺ ≥ 0, by principal
-// pivoting (Murty). See `dynamics-runtime/src/constrain/impact.rs`.
+// each hit its part of the impulse that it took. Contacts push and do not pull, 0 ≤ Λ ⟂ Φ̇⁺ ≥ 0,
+// by principal pivoting (Murty). See `dynamics-runtime/src/constrain/impact.rs`.
 
 /** Most pivots of Murty's method in an impact. */
 const MAX_SIDE_CHANGES = 256;

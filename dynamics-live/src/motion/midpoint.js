@@ -1,7 +1,7 @@
 // The implicit midpoint rule: u₁ = u₀ + h a(t + h/2, (y₀ + y₁)/2), q₁ = q₀ + h (u₀ + u₁)/2.
 //
-// A fixed-point iteration on u₁ to rounding. Where it diverges, as for stiff forces, Newton's method with the
-// derivatives of q̈ by differences, whose matrix is factored once for the step.
+// A fixed-point iteration on u₁ to rounding. Where it diverges, as for stiff forces, Newton's method with
+// the derivatives of q̈ by differences, whose matrix is factored once for the step.
 
 class ImplicitMidpoint {
   constructor(stepper) {

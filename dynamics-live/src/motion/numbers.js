@@ -1,8 +1,8 @@
 // Functions that printed programs call, with the conventions of `dynamics-vocabulary/src/math.rs`.
 //
 // Sine and cosine have the bits of `dynamics-simd/src/lanes/sines.rs` without fused products: reduction by
-// three parts of π/2, fdlibm's polynomials by Estrin's scheme. Every operation is written in the order of the
-// Rust code, because another order rounds differently. All other functions are those of the JavaScript
+// three parts of π/2, fdlibm's polynomials by Estrin's scheme. Every operation is written in the order of
+// the Rust code, because another order rounds differently. All other functions are those of the JavaScript
 // engine.
 
 /** The cosine that belongs to the sine which `sin_cos` returned last. In a variable it would be boxed. */
@@ -78,7 +78,8 @@ const { tan, asin, acos, atan, atan2, sinh, cosh, tanh, exp, sqrt, cbrt, hypot, 
 const ln = Math.log;
 
 /**
- * xʸ. JavaScript has NaN for a base of 1 with an infinite or NaN exponent, and for −1 with an infinite one.
+ * xʸ. JavaScript has NaN for a base of 1 with an infinite or NaN exponent, and for −1 with an infinite
+ * one.
  */
 function powf(x, y) {
   if (x === 1 || (x === -1 && (y === Infinity || y === -Infinity))) return 1;

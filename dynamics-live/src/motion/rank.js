@@ -82,8 +82,8 @@ class RankMargin {
 
   /**
    * How far the constraints are from losing rank: largest over smallest singular value of Φ_q, coordinates
-   * scaled by √Mᵢᵢ, the rows of a constraint by the longest of them; and the names of the rows that would
-   * depend on each other. Of redundant rows as many count as are independent nearby.
+   * scaled by √Mᵢᵢ, the rows of a constraint by the longest of them; and the names of the rows that
+   * would depend on each other. Of redundant rows as many count as are independent nearby.
    */
   at(t, q, u) {
     const { constraints } = this,

@@ -56,7 +56,9 @@ function refined(column, g) {
   return out;
 }
 
-/** The crossings (θ, direction) of a function that is followed from sample to sample from a known sign on. */
+/**
+ * The crossings (θ, direction) of a function that is followed from sample to sample from a known sign on.
+ */
 function follow(column, sign, g, resolution = CROSSING_RESOLUTION) {
   const found = [];
   for (let k = 1; k < column.length; k++) {

@@ -1,6 +1,6 @@
 // Slip directions: released constraints of the velocities have a side, the sign of their slip A q̇ + b, by
-// which friction brakes. After an action the side follows the slip. Where the slip reverses within a step and no
-// rule of sticking decides, friction would drive the motion, which ends there. As
+// which friction brakes. After an action the side follows the slip. Where the slip reverses within a step and
+// no rule of sticking decides, friction would drive the motion, which ends there. As
 // `dynamics-runtime/src/simulate/events/slip_direction.rs` and `run/monitors/slip_reversal.rs`.
 
 /** Parts of a step at which the slip is checked. */
@@ -20,8 +20,8 @@ Object.assign(FAILURES, {
       : `constraint \`${row}\` is released to the side of ${side < 0 ? "falling" : "growing"} values and ` +
         `begins to slip to the other (${scientific(slip)} at t = ${rounded(at)}), where its friction would ` +
         `drive it; let it stick and break away with \`.stick_slip("${row}", ..)\`, or engage it by an ` +
-        `event where its slip is zero, or release it with \`release_to("${row}", ${-side})\` where it slips ` +
-        `that way`,
+        `event where its slip is zero, or release it with \`release_to("${row}", ${-side})\` where it ` +
+        `slips that way`,
 });
 
 class SlipDirections {

@@ -350,7 +350,9 @@ class Stepper {
     return coordinate < 0 ? null : { kind: "step_displaced", coordinate, t: this.t, h };
   }
 
-  /** The coordinate that a move displaced most, if by more than a fiftieth of the way of a step; else −1. */
+  /**
+   * The coordinate that a move displaced most, if by more than a fiftieth of the way of a step; else −1.
+   */
   displaced(moved_q, moved_u, end, h) {
     const way = Math.max(Math.abs(h), this.plan.fixed ? this.plan.accuracy : 0);
     const speed = 0.5 * (max_abs(this.u) + max_abs(end.u));

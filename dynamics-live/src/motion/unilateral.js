@@ -102,7 +102,9 @@ class UnilateralRules {
     return Math.abs(after - before) > least && -last_side * after > least;
   }
 
-  /** The side to which sticking breaks away: against its reaction, `ahead` or here; null where it has none. */
+  /**
+   * The side to which sticking breaks away: against its reaction, `ahead` or here; null where it has none.
+   */
   breakaway_side(one, ahead) {
     const { motion } = this,
       { t, q, u, l, slips } = motion,

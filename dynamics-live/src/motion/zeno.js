@@ -76,7 +76,9 @@ class Zeno {
     return { at: t + (h < 0 ? -left : left), squeezed };
   }
 
-  /** The power p of their number n with which intervals shrink, n⁻ᵖ, over at least the last half of them. */
+  /**
+   * The power p of their number n with which intervals shrink, n⁻ᵖ, over at least the last half of them.
+   */
   decay_power() {
     const [number, interval] = this.marks[0];
     return Math.log(interval / this.interval) / Math.log(this.shrinking / number);

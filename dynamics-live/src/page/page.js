@@ -4,7 +4,8 @@ const player = new Player(), picture = new Picture($("picture"), player);
 const phase = new PhasePlot($("phase"), player), precision = new Precision($("precision"), player);
 const plots = [];
 // With `~only=picture` in its address the page is its picture alone, for frames of other pages; with
-// `~still=1` that stands. (`#picture` would be the place of an element, to which the outer page would scroll.)
+// `~still=1` that stands. (`#picture` would be the place of an element, to which the outer page would
+// scroll.)
 const asked = (name) => new URLSearchParams(location.hash.slice(1)).get(name);
 const alone = asked("~only") === "picture", still = () => asked("~still") === "1";
 document.documentElement.classList.toggle("alone", alone);

@@ -321,7 +321,8 @@ const CHECKS = {
   a_block_on_a_belt_sticks_and_slips() {
     const motion = started("belt", [0], [0.2], {}, [0]);
     expect(run(motion, "dop853", 1e-9, 20) === null, motion.reason);
-    // It sticks to x = 0.8 at t = 4, slips as x = 0.5 + 0.3 cos τ + 0.2 sin τ until it has the belt's speed.
+    // It sticks to x = 0.8 at t = 4, slips as x = 0.5 + 0.3 cos τ + 0.2 sin τ until it has the belt's
+    // speed.
     const [slips, sticks] = motion.events.filter(({ what }) => what !== "event");
     expect_near(slips.t, 4, 1e-8, "breaks away");
     const slip = 2 * (Math.PI - Math.atan2(0.3, 0.2)),

@@ -270,7 +270,8 @@ const MODELS = {
     },
   ],
 
-  // A block on a belt with speed v, on a spring: sticks (row u − v = 0) and slips with friction −μ m g side.
+  // A block on a belt with speed v, on a spring: sticks (row u − v = 0) and slips with friction −μ m g
+  // side.
   belt: [
     {
       sizes: sizes(1, { parameters: 4, rows: 1, holonomic: 0, switched: 1 }),
@@ -303,8 +304,8 @@ const MODELS = {
     },
   ],
 
-  // A block on rough ground: x along it, y off it; Q_x = F − μ |λ| where it slides forwards. No solution of
-  // its own.
+  // A block on rough ground: x along it, y off it; Q_x = F − μ |λ| where it slides forwards. No solution
+  // of its own.
   rubbing_block: [
     {
       sizes: sizes(2, { parameters: 3, rows: 1, holonomic: 1 }),
@@ -416,7 +417,8 @@ const MODELS = {
     },
   ],
 
-  // A block on a rough floor between two walls, of which the second comes nearer: x ≥ 0 and d − v t − x ≥ 0.
+  // A block on a rough floor between two walls, of which the second comes nearer: x ≥ 0 and d − v t − x
+  // ≥ 0.
   walls: [
     {
       sizes: sizes(1, { parameters: 4, rows: 3, holonomic: 2, switched: 3 }),

@@ -1,4 +1,5 @@
-//! Drawings as expressions, beside the same drawings on time jets: figure by figure, and what is not followed.
+//! Drawings as expressions, beside the same drawings on time jets: figure by figure, and what is not
+//! followed.
 
 use std::path::Path;
 

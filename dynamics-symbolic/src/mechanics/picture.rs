@@ -98,7 +98,8 @@ pub struct NamedPoint {
 /// Two coordinates in the plane (y up), or three in space (z up).
 pub type DrawnPoint = Vec<NodeId>;
 
-/// What is drawn: the figures of `dynamics-view`, with expressions for their numbers. Lengths are the model's.
+/// What is drawn: the figures of `dynamics-view`, with expressions for their numbers. Lengths are the
+/// model's.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Figure {
     /// Straight lines from point to point.

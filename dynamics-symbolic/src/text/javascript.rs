@@ -1,9 +1,10 @@
 //! JavaScript: one object literal with all programs that a live page runs.
 //!
-//! It is evaluated where the page's functions (`sin_cos`, `min`, …) are in scope. Every program is an object
-//! `{ results, constants, hoist(p, f, k), run(p, k, f, t, q, u, w, m, a, l, out) }`: parameters, the program's
-//! constants, smooth functions, time, coordinates, velocities, inputs, modes, accelerations, multipliers, and
-//! where the results go. All programs have the same arguments, so that a page calls them all in one way.
+//! It is evaluated where the page's functions (`sin_cos`, `min`, …) are in scope. Every program is an
+//! object `{ results, constants, hoist(p, f, k), run(p, k, f, t, q, u, w, m, a, l, out) }`: parameters, the
+//! program's constants, smooth functions, time, coordinates, velocities, inputs, modes, accelerations,
+//! multipliers, and where the results go. All programs have the same arguments, so that a page calls them all
+//! in one way.
 
 mod picture;
 
@@ -18,6 +19,8 @@ use super::report::entry;
 use super::source::{Function, Language, element, function, literal};
 use super::target::{Level, Target, Text, comparison_sign};
 
+/// The arguments of all programs.
+const ARGUMENTS: &str = "p, k, f, t, q, u, w, m, a, l, out";
 /// Most operations of all programs of a page together.
 const MOST_OPERATIONS: usize = 20_000;
 
@@ -81,9 +84,8 @@ pub fn javascript(model: &mut Model, equations: &Equations, printed: &Portable<'
         for ((accelerations, correction), set) in printed.released.iter().zip(sets) {
             let (accelerations, correction) = (object(accelerations), object(correction));
             let (modes, bounds) = (&set.modes, bounds(model, &set.unrolled));
-            out.push_str(&format!(
-                "{{ modes: {modes:?}, {bounds}, accelerations: {accelerations}, correction: {correction} }},\n"
-            ));
+            out.push_str(&format!("{{ modes: {modes:?}, {bounds}, accelerations: {accelerations}, "));
+            out.push_str(&format!("correction: {correction} }},\n"));
         }
         out.push_str("],\n");
     }
@@ -99,8 +101,8 @@ pub fn javascript(model: &mut Model, equations: &Equations, printed: &Portable<'
     }
 }
 
-/// The smallest admissible ratios of the pivots at the end of a solution's programs to their scales. A pivot that
-/// is a number needs no check: its bound is negative.
+/// The smallest admissible ratios of the pivots at the end of a solution's programs to their scales. A pivot
+/// that is a number needs no check: its bound is negative.
 fn bounds(model: &Model, unrolled: &Unrolled) -> String {
     let of = |guards: &[Guard]| -> Vec<f64> {
         let is_number = |guard: &Guard| model.graph.as_number(guard.pivot).is_some();
@@ -267,7 +269,7 @@ impl Language for JavaScript {
             _ => format!("hoist(p, f, k) {{\n{}}}, ", body(&function.hoisted, "k")),
         };
         format!(
-            "{{ results: {}, constants: {constants}, {hoist}run(p, k, f, t, q, u, w, m, a, l, out) {{\n{}}} }}",
+            "{{ results: {}, constants: {constants}, {hoist}run({ARGUMENTS}) {{\n{}}} }}",
             function.results,
             body(&function.body, "out"),
         )

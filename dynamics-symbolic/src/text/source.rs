@@ -14,6 +14,9 @@ use crate::schedule::Program;
 use super::program::{Line, Style, lines_from};
 use super::target::{Target, Text};
 
+/// How programs are written: sines and cosines of one angle stand together, short steps where they are used.
+pub(super) const STYLE: Style<'_> = Style { inline: 72, inline_angle: 0, prefixes: ["c", "v"] };
+
 /// A function to be written.
 #[derive(Clone, Debug)]
 pub(super) struct Function {
@@ -36,7 +39,6 @@ pub(super) trait Language: Target {
 
 /// A program as a function of a language.
 pub(super) fn function(language: &dyn Language, model: &Model, program: &Program) -> String {
-    let style = Style { inline: 72, inline_angle: 0, prefixes: ["c", "v"] };
     let hoisted = Program {
         body: program.hoisted.clone(),
         hoisted: Vec::new(),
@@ -49,8 +51,8 @@ pub(super) fn function(language: &dyn Language, model: &Model, program: &Program
     let given: Vec<(NodeId, Text)> = program.constants.iter().enumerate().map(named).collect();
     language.function(&Function {
         results: program.results.len(),
-        hoisted: lines_from(language, model, &hoisted, style, &[]),
-        body: lines_from(language, model, &body, style, &given),
+        hoisted: lines_from(language, model, &hoisted, STYLE, &[]),
+        body: lines_from(language, model, &body, STYLE, &given),
     })
 }
 

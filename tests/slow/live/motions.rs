@@ -310,7 +310,9 @@ fn by_page(engine: &Engine, by: By, end: f64) -> Made {
                     if (!motion.step('{method}', {accuracy:?}, {end:?})) throw new Error(motion.reason);
                 }}
                 return [
-                    [motion.steps, motion.evaluations], [...motion.q, ...motion.u], motion.events.map((e) => e.t),
+                    [motion.steps, motion.evaluations],
+                    [...motion.q, ...motion.u],
+                    motion.events.map((e) => e.t),
                 ];
             }})()"
         ))
@@ -319,7 +321,8 @@ fn by_page(engine: &Engine, by: By, end: f64) -> Made {
     Made { steps: counts[0], evaluations: counts[1], state, events }
 }
 
-/// Pages locate kinks on another interpolant. A step that misses one is followed by a tiny one, there or here.
+/// Pages locate kinks on another interpolant. A step that misses one is followed by a tiny one, there or
+/// here.
 const STEPS_AT_KINKS: f64 = 0.15;
 
 /// Compares motions of a page with those of a simulation.
@@ -346,7 +349,8 @@ fn compare<'m, M: OpenLive + 'm>(
             off(&rust.events, &page.events),
         );
         let size = rust.state.iter().fold(1.0, |most: f64, x| most.max(x.abs()));
-        // Without fused products a fixed step has the same bits; a projection divides by pivots in another order.
+        // Without fused products a fixed step has the same bits; a projection divides by pivots in another
+        // order.
         let of_state = if M::ROWS.is_empty() { of_state } else { of_state.max(1e-11) };
         let of_steps = if M::KINKS > 0 { STEPS_AT_KINKS } else { of_steps };
         assert!((rust.steps - page.steps).abs() <= of_steps * rust.steps, "{by:?}: {rust:?} {page:?}");

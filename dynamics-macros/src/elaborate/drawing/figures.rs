@@ -336,8 +336,8 @@ impl Elaborator<'_> {
         Some(Figure::Cuboid { center, faces: [x, y, z] })
     }
 
-    /// `Drawing::of_points(&[(name, point), ..])`: a chain from the origin through the points, each with a dot
-    /// and a trace; `Drawing::of_places` without the chain.
+    /// `Drawing::of_points(&[(name, point), ..])`: a chain from the origin through the points, each with a
+    /// dot and a trace; `Drawing::of_places` without the chain.
     pub(super) fn drawing_of(&mut self, chained: bool, points: &Argument) -> Option<Value> {
         let Value::Array(items) = &points.0 else { return None };
         let (mut names, mut places) = (Vec::new(), Vec::new());

@@ -120,8 +120,8 @@ fn places(value: &Value, found: &mut Vec<DrawnPoint>) {
     }
 }
 
-/// Groups of coordinates that are the parts of a place by their names, `x` and `y`, `x1`, `y1` and `z1`: lengths,
-/// or of no declared unit.
+/// Groups of coordinates that are the parts of a place by their names, `x` and `y`, `x1`, `y1` and `z1`:
+/// lengths, or of no declared unit.
 fn places_among(declaration: &Declaration) -> impl Iterator<Item = Vec<&Quantity>> {
     let all = &declaration.coordinates;
     all.iter().filter_map(move |x| {

@@ -51,9 +51,9 @@ impl Elaborator<'_> {
         }
     }
 
-    /// x mod d as |d|·(½ + arg(−e^{2πi x/|d|})/2π), since expressions have no remainder. It has the rounding
-    /// errors of an angle: where x is a multiple of d the result may be |d| instead of 0. Whoever draws marks
-    /// at equal distances d sees the same picture.
+    /// x mod d as |d|·(½ + arg(−e^{2πi x/|d|})/2π), since expressions have no remainder. It has the
+    /// rounding errors of an angle: where x is a multiple of d the result may be |d| instead of 0. Whoever
+    /// draws marks at equal distances d sees the same picture.
     fn remainder(&mut self, x: &Scalar, d: &Scalar, name: &Ident) -> Option<Scalar> {
         let d = Scalar { node: self.model.graph.unary(Unary::Abs, d.node), unit: d.unit.clone() };
         let turns = self.quotient(x, &d, name.span())?;

@@ -1,6 +1,6 @@
-//! Values of drawings: the figures so far with their pen, and what a condition chooses among colours, texts and
-//! pens. Such a choice has no expression: every case becomes a figure of its own, which is shown where its
-//! condition holds.
+//! Values of drawings: the figures so far with their pen, and what a condition chooses among colours, texts
+//! and pens. Such a choice has no expression: every case becomes a figure of its own, which is shown where
+//! its condition holds.
 
 use dynamics_symbolic::mechanics::{Pen, Shape};
 

@@ -5,16 +5,17 @@
 //!   that shrinks with the order. Without events [`Rk4`](crate::integrate::Rk4), with four evaluations in a
 //!   step four times as long, is about as accurate as order 4 and stable for steps twice as long per
 //!   evaluation; with events or changing steps it is far better.
-//! * **Formula**: the polynomial through the last p derivatives y′ₙ, y′ₙ₋₁, .. is integrated over the step,
-//!   yₙ₊₁ = yₙ + h Σⱼ γⱼ ∇ʲy′ₙ for j < p, with backward differences ∇ and γ = 1, 1/2, 5/12, 3/8. A step that
-//!   is shorter than those before it, h = θ times theirs, has γ₀ = θ, γ₁ = θ²/2, γ₂ = θ³/6 + θ²/4,
-//!   γ₃ = (θ⁴/4 + θ³ + θ²)/6.
-//! * **Start**: p − 1 steps by the classical Runge–Kutta method of order 4 ([`Rk4`](crate::integrate::Rk4)):
-//!   at the start, after events and other restarts, and after steps of another size.
+//! * **Formula**: the polynomial through the last p derivatives y′ₙ, y′ₙ₋₁, .. is integrated over
+//!   the step, yₙ₊₁ = yₙ + h Σⱼ γⱼ ∇ʲy′ₙ for j < p, with backward differences ∇ and γ
+//!   = 1, 1/2, 5/12, 3/8. A step that is shorter than those before it, h = θ times theirs, has γ₀ = θ,
+//!   γ₁ = θ²/2, γ₂ = θ³/6 + θ²/4, γ₃ = (θ⁴/4 + θ³ + θ²)/6.
+//! * **Start**: p − 1 steps by the classical Runge–Kutta method of order 4
+//!   ([`Rk4`](crate::integrate::Rk4)): at the start, after events and other restarts, and after steps of
+//!   another size.
 //! * **Order** p; local error O(hᵖ⁺¹); no error estimate, hence a fixed step.
 //! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](crate::integrate::Hermite)).
-//! * **Stability**: real axis to −1, −6/11 and −3/10 for p = 2, 3, 4; imaginary axis: nothing (but the growth
-//!   per step is only 1 + h⁴ω⁴/4), ±0.72 and ±0.43.
+//! * **Stability**: real axis to −1, −6/11 and −3/10 for p = 2, 3, 4; imaginary axis: nothing (but the
+//!   growth per step is only 1 + h⁴ω⁴/4), ±0.72 and ±0.43.
 //! * **Constraints**: derivatives are those of the projected ends of steps.
 //! * **Cost**: 1 evaluation of q̈ per step, 4 per step of the start.
 //! * **Source**: Bashforth, Adams, *An attempt to test the theories of capillary action*, Cambridge 1883;
@@ -193,7 +194,8 @@ mod tests {
         close(by_value::<4>(weights(1.0)), [55.0, -59.0, 37.0, -9.0].map(|w| w / 24.0));
     }
 
-    /// Polynomials below the order are integrated exactly, from 0 to θ, by their values at 0, −1, −2, −3.
+    /// Polynomials below the order are integrated exactly, from 0 to θ, by their values at 0, −1, −2,
+    /// −3.
     #[test]
     fn weights_of_parts_of_steps_integrate_polynomials() {
         fn check<const P: usize>() {

@@ -7,8 +7,8 @@
 //! * **Formula**: q₁ = q₀ + h u₀, u₁ = u₀ + h q̈(t₀, q₀, u₀).
 //! * **Order** 1; local error O(h²); no error estimate, hence a fixed step.
 //! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](crate::integrate::Hermite)).
-//! * **Stability**: the disc |1 + hλ| ≤ 1: real axis to −2, nothing of the imaginary axis. The amplitude of
-//!   an undamped oscillation grows by √(1 + h²ω²) in each step.
+//! * **Stability**: the disc |1 + hλ| ≤ 1: real axis to −2, nothing of the imaginary axis. The amplitude
+//!   of an undamped oscillation grows by √(1 + h²ω²) in each step.
 //! * **Cost**: 1 evaluation of q̈ per step.
 //! * **Source**: Euler, *Institutiones calculi integralis* I (1768) §650; Hairer, Nørsett, Wanner, *Solving
 //!   ODE I*, §I.7.

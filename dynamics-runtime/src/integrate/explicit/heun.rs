@@ -3,12 +3,12 @@
 //! * **Problem**: none that another method would not solve better. It shows what a predictor and a second
 //!   evaluation gain: order 2. For the same accuracy [`Rk4`](crate::integrate::Rk4) costs less in all but the
 //!   roughest runs.
-//! * **Formula**: y₁ = y₀ + h/2·(k₁ + k₂) with k₁ at the start and k₂ at the end y₀ + h k₁ of an Euler step:
-//!   the trapezoidal rule with a predictor.
+//! * **Formula**: y₁ = y₀ + h/2·(k₁ + k₂) with k₁ at the start and k₂ at the end y₀ + h k₁
+//!   of an Euler step: the trapezoidal rule with a predictor.
 //! * **Order** 2; local error O(h³); no error estimate, hence a fixed step.
 //! * **Dense output**: the quintic through q, q̇, q̈ at both ends ([`Hermite`](crate::integrate::Hermite)).
-//! * **Stability**: real axis to −2, nothing of the imaginary axis. The amplitude of an undamped oscillation
-//!   grows by √(1 + h⁴ω⁴/4) in each step.
+//! * **Stability**: real axis to −2, nothing of the imaginary axis. The amplitude of an undamped
+//!   oscillation grows by √(1 + h⁴ω⁴/4) in each step.
 //! * **Cost**: 2 evaluations of q̈ per step.
 //! * **Source**: Heun, Z. Math. Phys. 45 (1900) 23; Hairer, Nørsett, Wanner, *Solving ODE I*, §II.1.
 

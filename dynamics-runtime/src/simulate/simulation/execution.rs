@@ -104,8 +104,8 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         }
     }
 
-    /// What [`Simulation::run`] finds before its first step, whatever its method: parameters, the start, declared
-    /// contacts and actions, and accelerations at the start.
+    /// What [`Simulation::run`] finds before its first step, whatever its method: parameters, the start,
+    /// declared contacts and actions, and accelerations at the start.
     ///
     /// # Errors
     /// Those of the run.

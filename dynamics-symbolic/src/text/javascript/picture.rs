@@ -9,11 +9,9 @@ use crate::graph::NodeId;
 use crate::mechanics::{Figure, Figures, Model, NamedPoint, Pen, Picture, Shape};
 use crate::schedule::{Program, Staging, schedule};
 
-use super::super::program::{self, lines};
-use super::JavaScript;
-
-/// How programs of pictures are written: those of curves stand in a loop of their own.
-const STYLE: program::Style<'_> = program::Style { inline: 72, inline_angle: 0, prefixes: ["c", "v"] };
+use super::super::program::lines;
+use super::super::source::STYLE;
+use super::{ARGUMENTS, JavaScript};
 
 /// A printed picture.
 #[derive(Default)]
@@ -28,8 +26,8 @@ pub(super) struct Printed {
     pub(super) obstacle: Option<String>,
 }
 
-/// Prints a picture as far as its programs take no more than so many operations: without its drawing, or without
-/// both where they take more.
+/// Prints a picture as far as its programs take no more than so many operations: without its drawing, or
+/// without both where they take more.
 pub(super) fn picture(language: &JavaScript, model: &mut Model, picture: Picture, most: usize) -> Printed {
     let Picture { graph, figures, mut points, .. } = picture;
     // The picture has expressions of its own.
@@ -107,7 +105,7 @@ fn drawing(language: &JavaScript, model: &Model, shapes: &[Shape], in_space: boo
         next += count + usize::from(shape.shown.is_some());
     }
     format!(
-        "drawing: {{ results: {end}, constants: 0, run(p, k, f, t, q, u, w, m, a, l, out) {{\n{body}}} }},\n\
+        "drawing: {{ results: {end}, constants: 0, run({ARGUMENTS}) {{\n{body}}} }},\n\
          figures: [\n{}\n],\n",
         figures.join(",\n")
     )
@@ -148,8 +146,8 @@ fn curve(
     )
 }
 
-/// `[kind, places of its numbers, style, extra]`; a place is a number, or [first, count]. `after` is the place
-/// behind the figure's own numbers.
+/// `[kind, places of its numbers, style, extra]`; a place is a number, or [first, count]. `after` is the
+/// place behind the figure's own numbers.
 fn figure(shape: &Shape, [first, count]: [usize; 2], after: usize, in_space: bool) -> String {
     let Pen { color, fill, width, dashed } = &shape.pen;
     let mut style = Vec::new();
