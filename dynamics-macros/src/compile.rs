@@ -1,6 +1,6 @@
 //! The driver: one line per pass, two error checkpoints.
 
-use dynamics_symbolic::families::{Derived, FamilyModel, NoElement, Range};
+use dynamics_symbolic::families::{Derived, FamilyModel, FamilyPortability, NoElement, Range, Shown};
 use dynamics_symbolic::graph::NodeId;
 use proc_macro2::{TokenStream, TokenTree};
 use quote::ToTokens;
@@ -35,11 +35,14 @@ pub(crate) struct CompiledFamilies {
     pub(crate) interior: Vec<Option<NodeId>>,
     pub(crate) report: String,
     pub(crate) equations: String,
+    /// The same in MathML.
+    pub(crate) mathml: String,
     /// Names and units of the outputs, and whether they have a value for every index.
     pub(crate) outputs: Vec<(syn::Ident, String, bool)>,
     /// Helpers `(&self, q, index)` and `(&self, q, index, index)` that return places, with the indices for
     /// which they are called.
     pub(crate) places: Vec<(syn::Ident, Vec<Range>)>,
+    pub(crate) portability: FamilyPortability,
     pub(crate) constants: Constants,
 }
 
@@ -192,10 +195,13 @@ fn families(
         let known = compiled.model.outputs.iter().find(|output| f.name == output.name.as_str());
         (f.name.clone(), known.map(|o| o.unit.clone()).unwrap_or_default(), f.returns_list())
     });
-    let outputs = outputs.collect();
+    let outputs: Vec<(syn::Ident, String, bool)> = outputs.collect();
     let places = places(&implementation, &called, &witness.vectors);
     let interior = dynamics_symbolic::families::interior_forces(&mut family, &derived.elements);
+    let shown = shown(&family, &outputs, &places);
+    let portability = dynamics_symbolic::families::javascript(&family, &derived, &interior, &shown);
     let equations = dynamics_symbolic::families::equations(&mut family, &derived);
+    let (equations, mathml) = (equations.plain, equations.mathml);
     let constants = witness.constants;
     Ok(CompiledFamilies {
         declaration,
@@ -205,8 +211,10 @@ fn families(
         interior,
         report,
         equations,
+        mathml,
         outputs,
         places,
+        portability,
         constants,
     })
 }
@@ -228,6 +236,23 @@ fn of_families(name: &str, family: &FamilyModel, counts: &[i64]) -> String {
     name
 }
 
+/// What a live page shows: outputs with their units, and helpers that place nodes.
+fn shown<'a>(
+    family: &'a FamilyModel,
+    outputs: &[(syn::Ident, String, bool)],
+    places: &[(syn::Ident, Vec<Range>)],
+) -> Vec<(&'a Shown, String)> {
+    let mut all = Vec::new();
+    for shown in &family.shown {
+        let unit = match shown.is_place {
+            true => places.iter().find(|(name, _)| *name == shown.function).map(|_| String::new()),
+            false => outputs.iter().find(|(name, ..)| *name == shown.function).map(|(_, unit, _)| unit.clone()),
+        };
+        all.extend(unit.map(|unit| (shown, unit)));
+    }
+    all
+}
+
 /// Helpers `(&self, q, index)` and `(&self, q, index, index)` that return places, with all indices for which
 /// they are called. A helper is left out where two counts decide which of these is the last: drawings would
 /// ask for nodes that are not there.
@@ -236,22 +261,12 @@ fn places(
     called: &[(usize, Vec<Range>)],
     vectors: &[syn::Ident],
 ) -> Vec<(syn::Ident, Vec<Range>)> {
-    let mut all: Vec<(usize, Option<Vec<Range>>)> = Vec::new();
-    for (index, ranges) in called {
-        match all.iter_mut().find(|(known, _)| known == index) {
-            Some((_, whole)) => {
-                let hull = |known: &Vec<Range>| known.iter().zip(ranges).map(|(a, b)| a.hull(*b)).collect();
-                *whole = whole.as_ref().and_then(hull);
-            }
-            None => all.push((*index, Some(ranges.clone()))),
-        }
-    }
     let place = |(index, ranges): (usize, Option<Vec<Range>>)| {
         let function = &implementation.functions[index];
         let is_place = function.may_be_place_of_index() && !vectors.contains(&function.name);
         Some((function.name.clone(), ranges.filter(|_| is_place)?))
     };
-    all.into_iter().filter_map(place).collect()
+    elaborate::hulls(called).into_iter().filter_map(place).collect()
 }
 
 /// Types of the language of models that only some models name.

@@ -51,6 +51,7 @@ use crate::syntax::{Declaration, Implementation, Role};
 use constraints::DeclaredConstraint;
 use dimensions::Dimensions;
 use families::Families;
+pub(crate) use families::hulls;
 pub(crate) use origins::Origins;
 pub(crate) use roles::is_generated;
 use scope::Frame;
@@ -171,6 +172,7 @@ pub(crate) fn elaborate_families(
     elaborator.check_families();
     elaborator.name_inferred_units();
     elaborator.note_scalars();
+    elaborator.note_places();
     let Elaborator { model, families, origins, .. } = elaborator;
     let family = FamilyModel { model, ..families.found };
     ElaboratedFamilies { family, origins, called: families.called }

@@ -6,12 +6,14 @@
 //! and their elements two loops, one inside the other.
 //!
 //! Flow: `model`, `slopes` ← `rows`, `index_free`, `springs` ← `derive` ← `shift` ← `dispersion` ← `text`;
-//! `derive` ← `verify`. `verify` compares the elements, put together, with the same model unrolled at small
+//! `derive` ← `gathering` ← `javascript`; `derive` ← `verify`. `verify` compares the elements, put together, with the same model unrolled at small
 //! counts, which went through the whole pipeline of ordinary models.
 
 mod derive;
 mod dispersion;
+mod gathering;
 mod index_free;
+mod javascript;
 mod model;
 mod rows;
 mod shift;
@@ -21,11 +23,13 @@ mod text;
 mod verify;
 
 pub use derive::{Derived, Element, Gathering, NoElement, derive};
+pub use gathering::{Given, buffers, gathered, is_cheap};
+pub use javascript::{FamilyPortability, javascript};
 pub use model::{
     Anchor, Axis, FamilyConstraint, FamilyModel, Field, Local, Multiplier, NodeIndex, Range, Rounds, RowPart,
-    Source, Term, TermKind,
+    Shown, ShownPart, Source, Term, TermKind,
 };
 pub use rows::{RowElement, RowTerm};
 pub use shift::interior_forces;
-pub use text::{equations, operations, report};
+pub use text::{FamilyEquations, equations, operations, report};
 pub use verify::{Mismatch, verify};

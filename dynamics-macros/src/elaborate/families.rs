@@ -14,7 +14,10 @@
 mod constraints;
 mod indices;
 mod nodes;
+mod shown;
 mod sums;
+
+pub(crate) use shown::hulls;
 
 use dynamics_symbolic::families::{
     Anchor, Axis, FamilyModel, Field, Local, NodeIndex, Range, Rounds, Source, Term, TermKind,

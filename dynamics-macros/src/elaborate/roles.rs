@@ -224,7 +224,8 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// The same in a model with families. Outputs run as functions; here their indices are checked.
+    /// The same in a model with families. Outputs run as functions; here their indices are checked, and live
+    /// pages are told what they compute.
     fn take_of_families(&mut self, index: usize, function: &'a Function, value: Value) {
         let name = function.name.to_string();
         let role = match function.role {
@@ -237,7 +238,8 @@ impl<'a> Elaborator<'a> {
                     |this: &mut Self, value| this.force_terms(function, value).map(TermKind::Force);
                 return self.family_terms(&name, returned(function), value, &mut kind);
             }
-            Role::Output | Role::Drawing | Role::Helper => return,
+            Role::Output => return self.note_output(function, value),
+            Role::Drawing | Role::Helper => return,
             Role::Holonomic | Role::Nonholonomic => return self.family_constraint(index, function, value),
             Role::Kinematic | Role::Event => {
                 let instead = match function.role {

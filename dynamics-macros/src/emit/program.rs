@@ -13,8 +13,9 @@ mod table;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use dynamics_symbolic::graph::{Dependence, Graph, Node, NodeId, Unary};
+use dynamics_symbolic::graph::{Graph, Node, NodeId};
 use dynamics_symbolic::schedule::{Program, Step};
+use dynamics_symbolic::text::divisors;
 use fused::Fused;
 use proc_macro2::TokenStream;
 use quote::quote;
@@ -290,22 +291,11 @@ pub(super) fn straight(access: &Access<'_>, program: &Program) -> (TokenStream, 
     let mut printer = Printer::new(access);
     let steps = all_steps(program, false);
     if access.block.is_some() {
-        printer.divisors = divisors(access.graph, &steps);
+        printer.divisors = divisors(access.graph, program);
     }
     let statements = printer.statements(&steps, &wanted);
     let results = program.results.iter().map(|id| printer.result(*id)).collect();
     (statements, results)
-}
-
-/// Roots that something is divided by. Those of parameters alone are taken once for all rounds.
-fn divisors(graph: &Graph, steps: &[Step]) -> BTreeSet<NodeId> {
-    let divisor = |step: &Step| {
-        let Step::Node(id) = step else { return None };
-        let Node::Div(_, root) = graph.node(*id) else { return None };
-        let moves = !graph.dependence(root).within(Dependence::PARAMETERS);
-        (moves && matches!(graph.node(root), Node::Unary(Unary::Sqrt, _))).then_some(root)
-    };
-    steps.iter().filter_map(divisor).collect()
 }
 
 /// Printed code as tokens.

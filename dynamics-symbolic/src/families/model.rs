@@ -106,6 +106,15 @@ impl NodeIndex {
         }
     }
 
+    /// How much further than the round it is; `None` where it is the same in all rounds.
+    #[must_use]
+    pub fn offset(self) -> Option<i64> {
+        match self {
+            Self::Round(_, k) => Some(k),
+            Self::Fixed(_) => None,
+        }
+    }
+
     /// The same index where those of the round are these.
     #[must_use]
     pub fn with(self, round: [Self; 2]) -> Self {
@@ -363,6 +372,30 @@ impl FamilyConstraint {
     }
 }
 
+/// What a live page shows beside the motion: an output, or where the nodes are that a helper places.
+#[derive(Clone, Debug)]
+pub struct Shown {
+    /// The function.
+    pub function: String,
+    /// Whether it is a helper that says where nodes are, and no output.
+    pub is_place: bool,
+    /// Whether every round has values of its own; else those of all rounds are added.
+    pub numbered: bool,
+    /// The values, in the order of the indices.
+    pub parts: Vec<ShownPart>,
+}
+
+/// What the rounds of a range show.
+#[derive(Clone, Debug)]
+pub struct ShownPart {
+    /// The rounds.
+    pub rounds: Rounds,
+    /// Of a place the indices that the helper is called with.
+    pub indices: Vec<NodeIndex>,
+    /// The components.
+    pub values: Vec<NodeId>,
+}
+
 /// A multiplier in texts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Multiplier {
@@ -395,6 +428,8 @@ pub struct FamilyModel {
     pub constraints: Vec<FamilyConstraint>,
     /// Multipliers that texts name: `Symbol::Multiplier(i)` is `multipliers[i]`.
     pub multipliers: Vec<Multiplier>,
+    /// Outputs and places, as far as they can be followed.
+    pub shown: Vec<Shown>,
     /// The smallest value of every count for which the order of all indices is as the terms assume it.
     pub least: Vec<i64>,
     /// Numbered parameters with the indices after the last that are read.

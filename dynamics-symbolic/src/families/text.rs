@@ -12,17 +12,30 @@ use super::model::{Anchor, Axis, FamilyModel, Field, Local, Multiplier, NodeInde
 use super::rows::RowElement;
 use super::shift::{multiplier, shifted};
 
+/// Where several counts decide which node comes first.
+const NOT_BY_ROWS: &str = "several counts order the nodes: the equations are not written row by row\n";
+
+/// The equations of motion for reading.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FamilyEquations {
+    /// Plain text.
+    pub plain: String,
+    /// MathML: one `<p class="eq">` per equation.
+    pub mathml: String,
+}
+
 /// The equations of motion: for every field a row for each range of nodes that have the same one. A row is
 /// followed by what every round adds to it, as to an ordinary coordinate. May add nodes to the graph.
 #[must_use]
-pub fn equations(family: &mut FamilyModel, derived: &Derived) -> String {
+pub fn equations(family: &mut FamilyModel, derived: &Derived) -> FamilyEquations {
     let mut out = format!("{}: equations of motion\n\n", family.model.name);
     let mut rows = Vec::new();
     let counts = family.counts.clone();
     for field in 0..family.fields.len() {
         let Some(cells) = cells(family, derived, field as u32) else {
-            out.push_str("several counts order the nodes: the equations are not written row by row\n");
-            return out;
+            out.push_str(NOT_BY_ROWS);
+            let mathml = format!("<p class=\"eq\">{}</p>\n", NOT_BY_ROWS.trim_end());
+            return FamilyEquations { plain: out, mathml };
         };
         for cell in cells {
             let of_many = |axis: &Axis| cell.range(*axis).is_some_and(|range| single(range).is_none());
@@ -43,13 +56,16 @@ pub fn equations(family: &mut FamilyModel, derived: &Derived) -> String {
             }
         }
     }
-    out.push_str(&statements(&mut family.model, &rows));
+    let [plain, mut mathml] = statements(&mut family.model, &rows);
+    out.push_str(&plain);
     if !derived.rows.is_empty() {
         out.push_str("\nconstraints\n\n");
         let rows = restrictions(family, derived);
-        out.push_str(&statements(&mut family.model, &rows));
+        let [plain, more] = statements(&mut family.model, &rows);
+        out.push_str(&plain);
+        mathml.push_str(&more);
     }
-    out
+    FamilyEquations { plain: out, mathml }
 }
 
 /// What the constraints say: 0 = Φ, or 0 = A q̇ + b, a line for each range.

@@ -47,9 +47,9 @@ pub fn equations(model: &mut Model, equations: &Equations) -> EquationTexts {
 }
 
 /// Pairs of nodes as texts `left = right` with what is appended to each, like terms collected, and the
-/// definitions that they use; wrapped. May add nodes to the graph.
+/// definitions that they use; wrapped, and as paragraphs of MathML. May add nodes to the graph.
 #[must_use]
-pub fn statements(model: &mut Model, rows: &[(NodeId, NodeId, String)]) -> String {
+pub fn statements(model: &mut Model, rows: &[(NodeId, NodeId, String)]) -> [String; 2] {
     let nodes: Vec<NodeId> = rows.iter().flat_map(|(left, right, _)| [*left, *right]).collect();
     let mut expanded = expand(model, &nodes);
     expanded.iter_mut().for_each(|x| *x = x.take().filter(|x| x.len() <= MOST_TERMS_OF_ROW));
@@ -58,17 +58,20 @@ pub fn statements(model: &mut Model, rows: &[(NodeId, NodeId, String)]) -> Strin
     let roots: Vec<NodeId> = nodes.iter().zip(&expanded).flat_map(wanted).collect();
     let formulas = Formulas::new(model, &roots);
     let target = Plain::READABLE;
-    let text = |k: usize| {
-        let formula = match &expanded[k] {
-            Some(x) => x.formula(&model.graph, &formulas),
-            None => formulas.formula(nodes[k]),
-        };
-        formulas.write(&target, model, &formula)
+    let formula = |k: usize| match &expanded[k] {
+        Some(x) => x.formula(&model.graph, &formulas),
+        None => formulas.formula(nodes[k]),
     };
     let mut out = String::new();
+    let mut page = Limited { longest: LONGEST_MATHML, ..Limited::new(String::new()) };
     for (k, (.., appended)) in rows.iter().enumerate() {
-        let line = target.assign(&text(2 * k), &text(2 * k + 1));
-        out.push_str(&wrap(&format!("{line}{appended}")));
+        let sides = [formula(2 * k), formula(2 * k + 1)];
+        let [left, right] = sides.each_ref().map(|side| formulas.write(&target, model, side));
+        out.push_str(&wrap(&format!("{}{appended}", target.assign(&left, &right))));
+        let [left, right] = [("", &sides[0]), (EQUALS, &sides[1])]
+            .map(|(lead, side)| mathml_terms(&formulas, model, lead, side).join(" "));
+        let appended = super::mathml::escaped(appended.trim());
+        page.line(&format!("<p class=\"eq\">{left} {right} <span class=\"where\">{appended}</span></p>\n"));
     }
     if formulas.definitions() > 0 {
         out.push_str("\nwith\n\n");
@@ -76,8 +79,22 @@ pub fn statements(model: &mut Model, rows: &[(NodeId, NodeId, String)]) -> Strin
     for k in 0..formulas.definitions() {
         let (name, value) = formulas.definition(&target, model, k);
         out.push_str(&wrap(&target.assign(&name, &value)));
+        let name = formulas.definition_name(&MathMl, k).text;
+        let right = mathml_terms(&formulas, model, EQUALS, formulas.defined(k)).join(" ");
+        page.line(&format!("<p class=\"eq\"><math>{name}</math> {right}</p>\n"));
     }
-    out
+    [out, page.finish(more_equations)]
+}
+
+/// The terms of a formula in MathML, each a `<math>` of its own so that lines break on a phone.
+fn mathml_terms(formulas: &Formulas, model: &Model, lead: &str, f: &Formula) -> Vec<String> {
+    let text = |(minus, f): (bool, &Formula)| (minus, formulas.write(&MathMl, model, f));
+    let terms: Vec<(bool, Text)> = top_level(f).into_iter().map(text).collect();
+    MathMl.terms(lead, &terms)
+}
+
+fn more_equations(left: usize) -> String {
+    format!("<p class=\"eq\">({left} more equations; the listing has everything)</p>\n")
 }
 
 /// A quotient of parameters as text, numerator and denominator expanded and without the factors that all
@@ -317,11 +334,7 @@ impl Page {
             let numbers: Vec<String> = indices.iter().map(|i| format!("<mn>{}</mn>", i + 1)).collect();
             numbers.join("<mo>,</mo>")
         };
-        let terms = |lead: &str, f: &Formula| {
-            let text = |(minus, f): (bool, &Formula)| (minus, self.formulas.write(&target, model, f));
-            let terms: Vec<(bool, Text)> = top_level(f).into_iter().map(text).collect();
-            target.terms(lead, &terms)
-        };
+        let terms = |lead: &str, f: &Formula| mathml_terms(&self.formulas, model, lead, f);
         let equation = |s: &Statement| {
             let left = match &s.left {
                 Side::Formula(f) => terms("", f),
@@ -351,9 +364,7 @@ impl Page {
         }));
         let mut out = Limited { longest: LONGEST_MATHML, ..Limited::new(String::new()) };
         paragraphs.iter().for_each(|p| out.line(&format!("<p class=\"eq\">{p}</p>\n")));
-        out.finish(|left| {
-            format!("<p class=\"eq\">({left} more equations; the listing has everything)</p>\n")
-        })
+        out.finish(more_equations)
     }
 
     /// In MathML the equation whose elements follow; `None` where equations are written row by row.

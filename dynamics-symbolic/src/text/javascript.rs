@@ -7,6 +7,12 @@
 //! in one way.
 
 mod picture;
+mod round;
+
+pub(crate) use picture::quoted;
+pub(crate) use round::{Round, round};
+
+use std::collections::BTreeMap;
 
 use crate::algebra::{Guard, Unrolled};
 use crate::graph::{Binary, Comparison, FunctionId, Number, Symbol, Unary};
@@ -56,6 +62,7 @@ pub fn javascript(model: &mut Model, equations: &Equations, printed: &Portable<'
         functions: model.functions.iter().map(|f| f.name.clone()).collect(),
         parameters: model.parameters.len() as u32,
         extras: shown.extras.clone(),
+        names: BTreeMap::new(),
     };
     let mut obstacles: Vec<String> = not_followed(&shown).into_iter().collect();
     let picture = picture::picture(&language, model, shown, MOST_OPERATIONS - operations);
@@ -183,10 +190,15 @@ struct JavaScript {
     parameters: u32,
     /// What the parameters behind them are.
     extras: Vec<Extra>,
+    /// Symbols that are read in another way, as those of elements of families.
+    names: BTreeMap<Symbol, String>,
 }
 
 impl Target for JavaScript {
     fn symbol(&self, _model: &Model, symbol: Symbol) -> Text {
+        if let Some(name) = self.names.get(&symbol) {
+            return Text::atom(name.clone());
+        }
         let extra = match symbol {
             Symbol::Parameter(i) => i.checked_sub(self.parameters).and_then(|i| self.extras.get(i as usize)),
             _ => None,
@@ -244,6 +256,10 @@ impl Target for JavaScript {
     }
     fn assign_sin_cos(&self, [sin, cos]: [&Text; 2], angle: &Text) -> Option<String> {
         Some(format!("const {} = sin_cos({}), {} = cosine[0];", sin.text, angle.text, cos.text))
+    }
+    fn assign_root(&self, [root, reciprocal]: [&Text; 2], square: &Text) -> Option<String> {
+        let (root, inverse) = (&root.text, &reciprocal.text);
+        Some(format!("const {root} = root({}), {inverse} = reciprocal[0];", square.text))
     }
     fn number(&self, n: Number) -> Text {
         let text = literal(n);

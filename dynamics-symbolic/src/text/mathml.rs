@@ -246,6 +246,9 @@ pub(super) fn name(user: &str, dots: Dots) -> String {
 
 /// A name without index.
 fn part(word: &str) -> String {
+    if let Some((first, sign, last)) = index_sum(word) {
+        return format!("<mrow>{}<mo>{sign}</mo>{}</mrow>", part(first), part(last));
+    }
     let (letters, digits) = split_digits(word);
     let written = if letters.chars().all(|c| c.is_ascii_digit()) {
         format!("<mn>{letters}</mn>")
@@ -254,6 +257,13 @@ fn part(word: &str) -> String {
         format!("<mi>{}</mi>", escaped(&greek.unwrap_or_else(|| letters.to_owned())))
     };
     if digits.is_empty() { written } else { format!("<msub>{written}<mn>{digits}</mn></msub>") }
+}
+
+/// The parts of an index `i + 1` or `nodes - 1`.
+fn index_sum(word: &str) -> Option<(&str, &str, &str)> {
+    let (first, rest) = word.split_once(' ')?;
+    let (sign, last) = rest.split_once(' ')?;
+    Some((first, if sign == "-" { "−" } else { sign }, last))
 }
 
 /// The sign of a derivative by the argument.

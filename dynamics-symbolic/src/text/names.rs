@@ -22,7 +22,10 @@ pub(super) struct Name<'a> {
 impl<'a> Name<'a> {
     /// The parts of a user's name.
     pub(super) fn new(user: &'a str) -> Self {
-        let mut parts = user.split(['_', '.', '[', ']', ',', ' ']).filter(|p| !p.is_empty());
+        // Indices of families have a sum in them, `s[i + 1]`.
+        let separators: &[char] =
+            if user.contains(" + ") || user.contains(" - ") { &['[', ']'] } else { &['_', '.', '[', ']', ',', ' '] };
+        let mut parts = user.split(separators).filter(|p| !p.is_empty());
         let (base, digits) = split_digits(parts.next().unwrap_or(user));
         let digits = (!digits.is_empty()).then_some(digits);
         Self { base, indices: digits.into_iter().chain(parts).collect() }
@@ -69,6 +72,7 @@ mod tests {
             ("inertia[0, 1]", "inertia", &["0", "1"]),
             ("_", "_", &[]),
             ("_1", "1", &[]),
+            ("s[i + 1]", "s", &["i + 1"]),
         ] {
             assert_eq!(Name::new(user), Name { base, indices: indices.to_vec() });
         }

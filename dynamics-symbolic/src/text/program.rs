@@ -1,7 +1,9 @@
 //! Programs, exactly as they are computed: every step in order, parentheses wherever the order of operations
 //! would be lost otherwise.
 
-use crate::graph::{Graph, Node, NodeId};
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::graph::{Dependence, Graph, Node, NodeId, Unary};
 use crate::mechanics::Model;
 use crate::schedule::{Program, Step};
 
@@ -38,6 +40,17 @@ pub fn lines(
     lines_from(target, model, program, style, &[])
 }
 
+/// The same of a round of a loop over blocks, where the Rust code takes the reciprocals of roots that
+/// something is divided by, see `dynamics-simd/src/reciprocal_root.rs`.
+pub(super) fn lines_of_block(
+    target: &dyn Target,
+    model: &Model,
+    program: &Program,
+    style: Style<'_>,
+) -> (Vec<Line>, Vec<Text>) {
+    lines_with(target, model, program, style, &[], true)
+}
+
 /// The same where some values are given under names of their own.
 pub(super) fn lines_from(
     target: &dyn Target,
@@ -45,6 +58,17 @@ pub(super) fn lines_from(
     program: &Program,
     style: Style<'_>,
     given: &[(NodeId, Text)],
+) -> (Vec<Line>, Vec<Text>) {
+    lines_with(target, model, program, style, given, false)
+}
+
+fn lines_with(
+    target: &dyn Target,
+    model: &Model,
+    program: &Program,
+    style: Style<'_>,
+    given: &[(NodeId, Text)],
+    in_block: bool,
 ) -> (Vec<Line>, Vec<Text>) {
     let g = &model.graph;
     let mut results = vec![false; g.len()];
@@ -58,6 +82,8 @@ pub(super) fn lines_from(
         uses: uses(g, program),
         results,
         names,
+        divisors: if in_block { divisors(g, program) } else { BTreeSet::new() },
+        reciprocals: BTreeMap::new(),
         lines: Vec::new(),
         counts: [0, 0],
     };
@@ -69,6 +95,18 @@ pub(super) fn lines_from(
     }
     let results = program.results.iter().map(|r| writer.value(*r)).collect();
     (writer.lines, results)
+}
+
+/// Roots that something is divided by. Those of parameters alone are no part of a round.
+#[must_use]
+pub fn divisors(g: &Graph, program: &Program) -> BTreeSet<NodeId> {
+    let divisor = |step: &Step| {
+        let Step::Node(id) = step else { return None };
+        let Node::Div(_, root) = g.node(*id) else { return None };
+        let moves = !g.dependence(root).within(Dependence::PARAMETERS);
+        (moves && matches!(g.node(root), Node::Unary(Unary::Sqrt, _))).then_some(root)
+    };
+    program.hoisted.iter().chain(&program.body).filter_map(divisor).collect()
 }
 
 /// How often each node is read.
@@ -95,6 +133,9 @@ struct Writer<'a> {
     uses: Vec<u32>,
     results: Vec<bool>,
     names: Vec<Option<Text>>,
+    /// Roots that come with their reciprocals, and these.
+    divisors: BTreeSet<NodeId>,
+    reciprocals: BTreeMap<NodeId, Text>,
     lines: Vec<Line>,
     counts: [usize; 2],
 }
@@ -111,6 +152,7 @@ impl Writer<'_> {
 
     fn step(&mut self, step: &Step, constants: Option<&[NodeId]>) {
         match step {
+            Step::Node(id) if self.divisors.contains(id) && self.assign_root(*id, constants.is_some()) => {}
             Step::Node(id) => self.assign(*id, self.style.inline, constants),
             Step::SinCos { angle, sin: Some(sin), cos: Some(cos) }
                 if self.assign_sin_cos(*angle, [*sin, *cos], constants.is_some()) => {}
@@ -147,6 +189,21 @@ impl Writer<'_> {
         true
     }
 
+    /// Writes a root and its reciprocal at once; false where the language cannot.
+    fn assign_root(&mut self, root: NodeId, hoisted: bool) -> bool {
+        let Node::Unary(Unary::Sqrt, square) = self.model.graph.node(root) else { return false };
+        let stage = usize::from(!hoisted);
+        let name = |above| self.target.variable(self.style.prefixes[stage], self.counts[stage] + above);
+        let names = [name(1), name(2)];
+        let Some(text) = self.target.assign_root(names.each_ref(), &self.value(square)) else { return false };
+        self.counts[stage] += names.len();
+        self.lines.push(Line { text, hoisted });
+        let [own, reciprocal] = names;
+        self.names[root.index()] = Some(own);
+        self.reciprocals.insert(root, reciprocal);
+        true
+    }
+
     /// Writes a step, or keeps its text for the one place that uses it.
     fn assign(&mut self, id: NodeId, inline: usize, constants: Option<&[NodeId]>) {
         let text = self.operation(id);
@@ -178,7 +235,11 @@ impl Writer<'_> {
             Node::Sub(a, b) => t.sum(&[(false, v(a)), (true, right(b, Level::Product))]),
             Node::Neg(a) => t.sum(&[(true, v(a))]),
             Node::Mul(a, b) => t.product(&[v(a), right(b, Level::Power)], &[]),
-            Node::Div(a, b) => t.product(&[v(a)], &[right(b, Level::Power)]),
+            Node::Div(a, b) => match self.reciprocals.get(&b) {
+                Some(reciprocal) if self.model.graph.is_one(a) => reciprocal.clone(),
+                Some(reciprocal) => t.product(&[v(a), reciprocal.clone()], &[]),
+                None => t.product(&[v(a)], &[right(b, Level::Power)]),
+            },
             Node::Unary(f, a) => t.unary(f, &v(a)),
             Node::Binary(f, a, b) => t.binary(f, &v(a), &v(b)),
             Node::Select { comparison, left, right, then, otherwise } => {

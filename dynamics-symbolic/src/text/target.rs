@@ -61,6 +61,11 @@ pub trait Target {
         None
     }
 
+    /// One assignment of a root and of its reciprocal to two names, in languages that have it.
+    fn assign_root(&self, _names: [&Text; 2], _square: &Text) -> Option<String> {
+        None
+    }
+
     /// What stands between factors.
     fn times(&self) -> &'static str {
         "*"

@@ -26,7 +26,7 @@ impl<'a> Elaborator<'a> {
     /// The values that `round` gives for all indices of a range: for single indices, and for what is left.
     /// `None` where a round is a mistake, which is reported, and where the range of a loop around has to be
     /// cut.
-    fn rounds(
+    pub(super) fn rounds(
         &mut self,
         range: Range,
         at: Place,

@@ -9,7 +9,9 @@ mod grid;
 mod line;
 mod reading;
 
-use dynamics_symbolic::families::{Anchor, Axis, Element, FamilyModel, Gathering, Range, Rounds, RowElement};
+use dynamics_symbolic::families::{
+    self, Anchor, Axis, Element, FamilyModel, Gathering, Given, Range, Rounds, RowElement,
+};
 use dynamics_symbolic::graph::NodeId;
 use dynamics_symbolic::schedule::{Staging, schedule};
 use proc_macro2::TokenStream;
@@ -32,16 +34,6 @@ pub(super) struct Loops<'a> {
 
 /// Entries of a matrix of an element.
 pub(super) type EntriesOf = dyn Fn(&Element) -> &Vec<(usize, usize, NodeId)>;
-
-/// What the rounds of an element give to the nodes of a field.
-struct Given {
-    element: usize,
-    /// How much further than the round the node is, along each index.
-    offsets: [i64; 2],
-    buffer: usize,
-    /// Whether it is the opposite of what the buffer holds.
-    opposite: bool,
-}
 
 impl<'a> Loops<'a> {
     pub(super) fn new(surface: &'a Surface, compiled: &'a CompiledFamilies) -> Self {
@@ -164,40 +156,12 @@ impl<'a> Loops<'a> {
     /// What the rounds of elements give to the nodes of a field, of elements whose forces come there in this
     /// way.
     fn gathered(&self, field: usize, way: Gathering) -> Vec<Given> {
-        let mut all = Vec::new();
-        for (e, element, ..) in self.elements_of(way) {
-            let (_, used) = self.buffers(element);
-            for ((a, _), (buffer, opposite)) in element.forces.iter().zip(used) {
-                let local = self.family.locals[*a];
-                let column = local.column.map_or(Some(0), reading::offset);
-                if let (true, Some(row), Some(column)) =
-                    (local.field as usize == field, reading::offset(local.index), column)
-                {
-                    all.push(Given { element: e, offsets: [row, column], buffer, opposite });
-                }
-            }
-        }
-        all
+        families::gathered(self.family, self.elements, field, way)
     }
 
     /// The forces that need a buffer each, and for every force its buffer and whether it is the opposite.
     fn buffers(&self, element: &Element) -> (Vec<NodeId>, Vec<(usize, bool)>) {
-        let graph = &self.family.model.graph;
-        let mut buffers: Vec<NodeId> = Vec::new();
-        let used = element.forces.iter().map(|(_, node)| {
-            for (k, known) in buffers.iter().enumerate() {
-                if graph.fingerprint(*known) == graph.fingerprint(*node) {
-                    return (k, false);
-                }
-                if graph.are_opposite(*known, *node) {
-                    return (k, true);
-                }
-            }
-            buffers.push(*node);
-            (buffers.len() - 1, false)
-        });
-        let used = used.collect();
-        (buffers, used)
+        families::buffers(self.family, element)
     }
 
     /// What a node gathers from slices `__h0`, `__h1`, ..

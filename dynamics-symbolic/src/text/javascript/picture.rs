@@ -207,7 +207,7 @@ fn dimension(figure: &Figure) -> usize {
 }
 
 /// A text of JavaScript that stands in a page: what would end a script is written by its number.
-fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {
         match c {

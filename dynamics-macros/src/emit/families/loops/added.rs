@@ -9,7 +9,7 @@ use proc_macro2::TokenStream;
 use quote::quote;
 
 use super::Loops;
-use super::reading::{Reading, Stretch, offset};
+use super::reading::{Reading, Stretch};
 use crate::emit::function;
 
 impl Loops<'_> {
@@ -58,7 +58,7 @@ impl Loops<'_> {
                     adds.extend(quote!(#name.add(#sign __loops::block_sum(&#room[..__m]));));
                     let (sum, total) =
                         (quote!(let mut #name = __loops::Sum::default();), quote!(#name.total()));
-                    let fixed = |index: NodeIndex| offset(index).is_none();
+                    let fixed = |index: NodeIndex| index.offset().is_none();
                     // The same node in all rows, or one in every row.
                     let (sums, whole) = match fixed(local.index) && local.column.is_none_or(fixed) {
                         true => (&mut sums, &mut whole),

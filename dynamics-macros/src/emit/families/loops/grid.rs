@@ -6,12 +6,12 @@
 //! that nodes at the edges gather as all others. Every element is made once for each block of columns, and
 //! both loops run over exact slices along the columns.
 
-use dynamics_symbolic::families::{Axis, Element, Gathering, Range};
+use dynamics_symbolic::families::{Axis, Element, Gathering, Given, Range};
 use proc_macro2::TokenStream;
 use quote::quote;
 
 use super::reading::Reading;
-use super::{Given, Loops};
+use super::Loops;
 use crate::emit::function;
 
 /// Numbers in buffers that stay in the first-level cache.

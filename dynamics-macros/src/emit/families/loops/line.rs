@@ -8,14 +8,13 @@
 //! buffers either: every node makes its elements again. What an element gives to a node that is the same in
 //! every round is a sum over its rounds; every round is counted in the block that holds its index.
 
-use dynamics_symbolic::families::{Axis, Element, Gathering, NodeIndex, Range};
+use dynamics_symbolic::families::{self, Axis, Element, Gathering, Given, NodeIndex, Range};
 use dynamics_symbolic::graph::{Node, NodeId, Symbol};
-use dynamics_symbolic::schedule::{Staging, schedule};
 use proc_macro2::TokenStream;
 use quote::quote;
 
 use super::reading::Reading;
-use super::{Given, Loops};
+use super::Loops;
 use crate::emit::function;
 
 /// The loop over blocks of nodes.
@@ -30,10 +29,6 @@ pub(super) struct Line {
     pub(super) sums: usize,
 }
 
-/// Most operations of the forces of a node far from all ends, for each force that is gathered there, up to
-/// which they are made anew at every node.
-const MOST_CHEAP: usize = 8;
-
 impl Loops<'_> {
     /// Elements of one loop that give forces, with their numbers.
     fn with_rounds(&self) -> impl Iterator<Item = (usize, &Element, Range)> {
@@ -44,16 +39,9 @@ impl Loops<'_> {
         self.gathered(field, Gathering::Line)
     }
 
-    /// Whether nodes make the forces of their elements anew: where that is cheap, and nothing else is made
-    /// of the rounds.
+    /// Whether nodes make the forces of their elements anew.
     fn is_cheap(&self) -> bool {
-        let fixed = |(a, _): &(usize, NodeId)| matches!(self.family.locals[*a].index, NodeIndex::Fixed(_));
-        let roots: Vec<NodeId> = self.interior.iter().flatten().copied().collect();
-        let cost = schedule(&self.family.model.graph, "node", &roots, Staging::Hoisted).cost;
-        let gathered: usize = self.lines().map(|field| self.gathered_in_line(field).len()).sum();
-        cost.roots + cost.divisions + cost.sin_cos + cost.functions == 0
-            && cost.total() <= MOST_CHEAP * gathered
-            && !self.with_rounds().flat_map(|(_, element, _)| &element.forces).any(fixed)
+        families::is_cheap(self.family, self.elements, self.interior)
     }
 
     /// The nodes of all fields with one index.

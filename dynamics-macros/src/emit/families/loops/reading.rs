@@ -51,14 +51,6 @@ pub(super) fn index_name(axis: Axis) -> syn::Ident {
     }
 }
 
-/// How much further than the round a node is; `None` where it is the same in all rounds.
-pub(super) fn offset(index: NodeIndex) -> Option<i64> {
-    match index {
-        NodeIndex::Round(_, k) => Some(k),
-        NodeIndex::Fixed(_) => None,
-    }
-}
-
 impl Loops<'_> {
     /// An index of a node as an expression of type `isize`, given those of the round.
     fn index(&self, index: NodeIndex, of: &dyn Fn(Axis) -> TokenStream) -> TokenStream {
@@ -151,7 +143,7 @@ impl Loops<'_> {
     ) -> String {
         let local = self.family.locals[local as usize];
         let ident = function(name);
-        let moves = [Some(local.index), local.column].into_iter().flatten().any(|i| offset(i).is_some());
+        let moves = [Some(local.index), local.column].into_iter().flatten().any(|i| i.offset().is_some());
         match reading {
             Reading::Index if moves => {
                 let place = self.place(local);
