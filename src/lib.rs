@@ -124,6 +124,8 @@ pub mod prelude {
     pub use dynamics_families::{Every, SimulateFamilies as _};
     #[cfg(feature = "live")]
     pub use dynamics_live::{Live, OpenLive as _};
+    #[cfg(all(feature = "live", feature = "families"))]
+    pub use dynamics_live::{FamilyLive, OpenFamilyLive as _};
     pub use dynamics_runtime::math::F64Ext as _;
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::mechanism::Mechanism as _;
@@ -181,6 +183,7 @@ pub mod __private {
             EnergyParts, Entries, FamilyModel, FamilyState, Field, Length, Multipliers, OutputDeclaration,
             Pairs, Places, RowField, RowValues, Runs, SizeError, Sizes, View,
         };
+        pub use dynamics_families::portable::PortableFamily;
         pub use dynamics_families::reaction::FamilyReaction;
         pub use dynamics_families::state::{FamilyStateError, GivenState, Values};
         pub use std::vec::Vec;

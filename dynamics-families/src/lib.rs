@@ -21,6 +21,7 @@
 //! | `constraints`, `reaction` | multipliers, corrections onto constraints; reactions by name |
 //! | `step_bound` | the longest step of a method |
 //! | `record`, `file` | frames in memory and in files |
+//! | `portable` | what live pages get of a model |
 //! | `motion`, `summary`, `failure`, `error` | what a run leaves |
 //! | `output` | tables, animations, pictures of a field over place and time |
 //! | `tangent` | the matrix of implicit steps, equilibria and modes |
@@ -49,6 +50,7 @@ pub mod model;
 mod modes;
 mod motion;
 mod output;
+pub mod portable;
 pub mod reaction;
 mod record;
 mod run;

@@ -355,6 +355,28 @@ impl<'m, M: FamilyModel> FamilySimulation<'m, M> {
             .map(|record| FamilyMotion { model: self.model, record: Arc::new(record) })
     }
 
+    /// Checks what a run checks before its first step and without inputs as functions: counts, options, the
+    /// start, the mass matrix, and a fixed step against its bound. The bound is returned where there is one:
+    /// the longest step of the chosen method.
+    ///
+    /// # Errors
+    /// As for [`FamilySimulation::run`].
+    #[doc(hidden)]
+    pub fn check_beginning(&self) -> Result<Option<f64>, FamilyError<M>> {
+        let failed = |kind: FamilyErrorKind| FamilyError::before(kind, self.start.t());
+        let ends = self.model.ends().map_err(|error| failed(error.into()))?;
+        check_state::<M>(&self.start, &ends).map_err(failed)?;
+        self.check_numbers().map_err(|error| failed(error.into()))?;
+        let (method, _) = self.choose().map_err(failed)?;
+        Mass::new(self.model, &ends)
+            .map_err(|problem| failed(FamilyErrorKind::of_mass::<M>(problem, &ends)))?;
+        let longest = step_bound::longest_step(self.model, &self.start, self.start.inputs(), &ends, &[]);
+        let Ok(longest) = longest else { return Ok(None) };
+        let step = self.fixed.unwrap_or(0.0);
+        self.check_stability(method, step, longest, &ends).map_err(failed)?;
+        Ok(Some(longest * 0.5 * method.stability_border()))
+    }
+
     /// Moves the start onto the constraints, off which it may be by a little.
     fn place_on_constraints(&mut self, equations: &mut Equations<'_, '_, M>) -> Result<(), FamilyErrorKind> {
         let Some(rows) = &mut equations.rows else { return Ok(()) };

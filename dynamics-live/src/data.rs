@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use dynamics_runtime::model::{
-    AssumptionKind, ConservedKind, Constraint, ModelState, Portable, Quantity, SimulationModel,
+    AssumptionKind, ConservedKind, Constraint, Described, ModelState, Portable, Quantity, SimulationModel,
     UnitDimension, Vector, names,
 };
 use dynamics_runtime::simulate::Direction;
@@ -78,7 +78,7 @@ pub(crate) fn title<M: SimulationModel + Portable>(live: &Live<'_, M>) -> String
 }
 
 /// `DoublePendulum` as `Double pendulum`, `MBSModel` as `MBS model`, `Pendulum2D` as `Pendulum 2D`.
-fn words(name: &str) -> String {
+pub(crate) fn words(name: &str) -> String {
     let letters: Vec<char> = name.chars().collect();
     let is_lower = |i: usize| letters.get(i).is_some_and(|c| c.is_lowercase());
     let begins = |i: usize| {
@@ -113,10 +113,9 @@ fn plain(quantities: &[Quantity]) -> String {
 }
 
 /// A parameter or an input, with its slider.
-fn adjustable<M: SimulationModel>(quantity: &Quantity, symbol: &str, slider: &Slider) -> String {
+pub(crate) fn adjustable<M: Described>(quantity: &Quantity, symbol: &str, slider: &Slider) -> String {
     let range = slider.range.map_or_else(|| "null".to_owned(), numbers);
-    let field = field(quantity.name);
-    let about = M::FIELD_DOCUMENTATION.iter().find(|(name, _)| *name == field).map_or("", |(_, text)| text);
+    let about = about::<M>(field(quantity.name));
     format!(
         "{{{},\"symbol\":{},\"value\":{},\"range\":{range},\"held\":{},\"about\":{}}}",
         named(quantity),
@@ -125,6 +124,11 @@ fn adjustable<M: SimulationModel>(quantity: &Quantity, symbol: &str, slider: &Sl
         slider.held,
         json(about),
     )
+}
+
+/// The documentation of a field of the struct.
+pub(crate) fn about<M: Described>(field: &str) -> &'static str {
+    M::FIELD_DOCUMENTATION.iter().find(|(name, _)| *name == field).map_or("", |(_, text)| text)
 }
 
 fn conserved<M: SimulationModel>() -> String {
@@ -175,7 +179,7 @@ fn assumptions<M: SimulationModel>() -> String {
     format!("[{}]", items.collect::<Vec<_>>().join(","))
 }
 
-fn numbers(values: impl IntoIterator<Item = f64>) -> String {
+pub(crate) fn numbers(values: impl IntoIterator<Item = f64>) -> String {
     let items: Vec<_> = values.into_iter().map(json_number).collect();
     format!("[{}]", items.join(","))
 }
@@ -218,7 +222,7 @@ fn stick_slips(plan: &Plan) -> String {
     format!("[{}]", items.collect::<Vec<_>>().join(","))
 }
 
-fn pieces(pieces: &Pieces) -> String {
+pub(crate) fn pieces(pieces: &Pieces) -> String {
     let outside = match pieces.outside {
         Outside::Unknown => "unknown",
         Outside::Linear => "linear",

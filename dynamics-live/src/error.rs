@@ -46,6 +46,27 @@ pub enum LiveError {
         /// Why, as a simulation says it.
         source: Box<SimulationErrorKind>,
     },
+    /// No simulation of a model with families goes from a start.
+    #[cfg(feature = "families")]
+    #[error("the start `{start}` is refused: {source}")]
+    FamilyStart {
+        /// Its name.
+        start: String,
+        /// Why, as a simulation says it.
+        source: Box<dynamics_families::FamilyErrorKind>,
+    },
+    /// Pages do not have the method for a model with families.
+    #[cfg(feature = "families")]
+    #[error(
+        "pages do not have {method} for a model with families of {unknowns} coordinates; choose \
+         `methods::StormerVerlet`, `Rk4`, `DormandPrince5` or `Dop853` (`ImplicitMidpoint` for up to 60)"
+    )]
+    FamilyMethod {
+        /// The method.
+        method: String,
+        /// How many coordinates the model has.
+        unknowns: usize,
+    },
     /// An input of a start is infinite.
     #[error("the input `{name}` is {value}; a page needs a number")]
     Input {

@@ -10,6 +10,7 @@
 //! | `plan` | what a page can hold, and what not |
 //! | `data` | the model and the choices as JSON |
 //! | `page` | all of it put into the template |
+//! | `families` | [`FamilyLive`], the same for models with numbered coordinates |
 //! | `gallery` | [`Gallery`]: a folder of pages with an index |
 //! | `scripts` | the scripts, as pages get them |
 //! | `motion/` | scripts that compute: sines with the bits of the library, methods, constraints, events |
@@ -17,6 +18,8 @@
 
 mod data;
 mod error;
+#[cfg(feature = "families")]
+mod families;
 mod gallery;
 mod live;
 mod page;
@@ -24,6 +27,8 @@ mod plan;
 mod scripts;
 
 pub use error::LiveError;
+#[cfg(feature = "families")]
+pub use families::{FamilyLive, OpenFamilyLive};
 pub use gallery::Gallery;
 pub use live::{Live, LivePage, OpenLive, PageMethod};
 #[doc(hidden)]

@@ -9,30 +9,53 @@ use crate::live::{Live, LivePage};
 use crate::plan::Plan;
 use crate::scripts::{Parts, motion_script_of, page_script, style};
 
+/// What a page is made of.
+pub(crate) struct Sheet<'a> {
+    pub(crate) title: &'a str,
+    pub(crate) documentation: &'static str,
+    /// In MathML.
+    pub(crate) equations: &'a str,
+    pub(crate) programs: &'a str,
+    pub(crate) data: &'a str,
+    pub(crate) parts: Parts,
+    pub(crate) in_space: bool,
+}
+
 /// The finished page.
 pub(crate) fn page<M: SimulationModel + Portable>(live: &Live<'_, M>, plan: &Plan) -> LivePage {
-    let data = data::data(live, plan);
-    let title = data::title(live);
-    let about = first_paragraph(M::DOCUMENTATION).to_owned();
-    let parts = Parts {
-        constraints: !M::ROWS.is_empty(),
-        kinks: M::HAS_KINKS,
-        events: !(M::EVENTS.is_empty() && live.contacts.is_empty() && live.stick_slips.is_empty()),
-    };
+    sheet(&Sheet {
+        title: &data::title(live),
+        documentation: M::DOCUMENTATION,
+        equations: M::MATHML,
+        programs: M::JAVASCRIPT,
+        data: &data::data(live, plan),
+        parts: Parts {
+            constraints: !M::ROWS.is_empty(),
+            kinks: M::HAS_KINKS,
+            events: !(M::EVENTS.is_empty() && live.contacts.is_empty() && live.stick_slips.is_empty()),
+            families: false,
+        },
+        in_space: M::SPATIAL,
+    })
+}
+
+/// The page of a sheet.
+pub(crate) fn sheet(of: &Sheet<'_>) -> LivePage {
+    let about = first_paragraph(of.documentation).to_owned();
     let html = fill(
         include_str!("page/page.html"),
         &[
-            ("title", &xml(&title)),
+            ("title", &xml(of.title)),
             ("about", &xml(&about)),
             ("style", &style()),
-            ("equations", M::MATHML),
-            ("motion", &motion_script_of(parts)),
-            ("programs", M::JAVASCRIPT),
-            ("model", &data),
-            ("page", &page_script(M::SPATIAL)),
+            ("equations", of.equations),
+            ("motion", &motion_script_of(of.parts)),
+            ("programs", of.programs),
+            ("model", of.data),
+            ("page", &page_script(of.in_space)),
         ],
     );
-    LivePage { title, about, html }
+    LivePage { title: of.title.to_owned(), about, html }
 }
 
 /// What a page says of a model under its title.

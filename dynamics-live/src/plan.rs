@@ -48,7 +48,7 @@ pub(crate) fn plan<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<
         let reasons = M::NOT_PORTABLE.iter().map(|&reason| reason.to_owned()).collect();
         return Err(LiveError::NotPortable { model: M::NAME, reasons });
     }
-    let functions = functions(live.model)?;
+    let functions = functions(M::FUNCTIONS, &live.model.smooth_functions())?;
     let plottable = plottable::<M>();
     live.plots.iter().try_for_each(|name| index("quantity", name, &plottable).map(|_| ()))?;
     let events = listed(M::EVENTS);
@@ -62,6 +62,15 @@ pub(crate) fn plan<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<
     let contacts = live.contacts.iter().map(|(name, law)| Ok((constraint(name)?, *law)));
     let stick_slips = live.stick_slips.iter().map(|[name, of]| Ok((constraint(name)?, event(of)?)));
     let stops = live.stops.iter().map(|(name, direction)| Ok((event(name)?, *direction)));
+    // A value that the model does not tell is refused with the parameter's name by the simulation's checks.
+    let adjustable = Adjustable {
+        parameters: M::PARAMETERS,
+        values: (0..M::PARAMETERS.len()).map(|i| live.model.parameter(i).unwrap_or(f64::NAN)).collect(),
+        inputs: M::INPUTS,
+        starts: live.starts.iter().map(|(_, start)| start.inputs().as_slice()).collect(),
+        ranges: &live.ranges,
+        held: &live.held,
+    };
     let phase = live.phase.iter().map(|name| index("coordinate", name, &listed(M::COORDINATES))).next();
     let (method, accuracy) = method(live)?;
     let plan = Plan {
@@ -72,7 +81,7 @@ pub(crate) fn plan<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<
         stick_slips: stick_slips.collect::<Result<_, LiveError>>()?,
         stops: stops.collect::<Result<_, LiveError>>()?,
         functions,
-        sliders: sliders(live)?,
+        sliders: sliders(&adjustable)?,
     };
     end(live)?;
     live.starts.iter().try_for_each(|(name, start)| can_begin(live, name, start))?;
@@ -105,16 +114,19 @@ fn can_begin<M: SimulationModel + Portable>(
 }
 
 /// The pieces of the smooth functions.
-fn functions<M: Portable>(model: &M) -> Result<Vec<Pieces>, LiveError> {
-    let of = |(name, function): (&&str, &dyn SmoothFunction)| {
+pub(crate) fn functions(
+    names: &[&str],
+    functions: &[&dyn SmoothFunction],
+) -> Result<Vec<Pieces>, LiveError> {
+    let of = |(name, function): (&&str, &&dyn SmoothFunction)| {
         let name = (*name).to_owned();
         let Some(pieces) = function.pieces() else { return Err(LiveError::Function { name }) };
-        match fault(function, &pieces) {
+        match fault(*function, &pieces) {
             Some(fault) => Err(LiveError::Pieces { name, fault }),
             None => Ok(pieces),
         }
     };
-    M::FUNCTIONS.iter().zip(model.smooth_functions()).map(of).collect()
+    names.iter().zip(functions).map(of).collect()
 }
 
 /// What is wrong with the pieces of a function, in words.
@@ -154,14 +166,25 @@ fn fault(function: &dyn SmoothFunction, pieces: &Pieces) -> Option<String> {
     })
 }
 
-fn sliders<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<Vec<Slider>, LiveError> {
-    // A value that the model does not tell is refused with the parameter's name by the simulation's checks.
-    let parameters = (0..M::PARAMETERS.len()).map(|i| live.model.parameter(i).unwrap_or(f64::NAN));
-    let inputs = live.starts[0].1.inputs().as_slice().iter().map(|x| if x.is_nan() { 0.0 } else { *x });
-    let sliders = parameters.chain(inputs).map(|value| Slider { value, range: None, held: false });
+/// What may have a slider.
+pub(crate) struct Adjustable<'a> {
+    pub(crate) parameters: &'static [Quantity],
+    pub(crate) values: Vec<f64>,
+    pub(crate) inputs: &'static [Quantity],
+    /// The inputs of each start, NaN where they are not set.
+    pub(crate) starts: Vec<&'a [f64]>,
+    pub(crate) ranges: &'a [(String, [f64; 2])],
+    pub(crate) held: &'a [String],
+}
+
+/// The sliders of the parameters, then of the inputs.
+pub(crate) fn sliders(of: &Adjustable<'_>) -> Result<Vec<Slider>, LiveError> {
+    let inputs = of.starts[0].iter().map(|x| if x.is_nan() { 0.0 } else { *x });
+    let sliders = of.values.iter().copied().chain(inputs);
+    let sliders = sliders.map(|value| Slider { value, range: None, held: false });
     let mut sliders: Vec<Slider> = sliders.collect();
-    let quantities: Vec<&Quantity> = M::PARAMETERS.iter().chain(M::INPUTS).collect();
-    for (name, range) in &live.ranges {
+    let quantities: Vec<&Quantity> = of.parameters.iter().chain(of.inputs).collect();
+    for (name, range) in of.ranges {
         if !(range[0] < range[1] && range.iter().all(|end| end.is_finite())) {
             return Err(LiveError::Range { name: name.clone(), range: *range });
         }
@@ -169,15 +192,13 @@ fn sliders<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<Vec<Slid
             sliders[i].range = Some(*range);
         }
     }
-    for name in &live.held {
+    for name in of.held {
         called(name, &quantities)?.into_iter().for_each(|i| sliders[i].held = true);
     }
     for (i, slider) in sliders.iter().enumerate() {
         let name = quantities[i].name;
-        let input = i.checked_sub(M::PARAMETERS.len());
-        let values =
-            live.starts.iter().filter_map(|(_, start)| start.inputs().as_slice().get(input?).copied());
-        for value in values {
+        let input = i.checked_sub(of.parameters.len());
+        for value in of.starts.iter().filter_map(|inputs| inputs.get(input?).copied()) {
             if value.is_infinite() {
                 return Err(LiveError::Input { name, value });
             }
@@ -218,17 +239,24 @@ fn called(name: &str, quantities: &[&Quantity]) -> Result<Vec<usize>, LiveError>
     Err(LiveError::UnknownName { what: "parameter or input", name: name.to_owned(), known })
 }
 
+/// Refuses a number that is not admissible.
+pub(crate) fn number_in(
+    option: &'static str,
+    value: f64,
+    admissible: bool,
+    range: &'static str,
+) -> Result<(), LiveError> {
+    if admissible { Ok(()) } else { Err(LiveError::Number { option, value, range }) }
+}
+
 /// Method and accuracy at the beginning.
 fn method<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<(PageMethod, Option<f64>), LiveError> {
-    let number = |option, value, admissible: bool, range| {
-        if admissible { Ok(()) } else { Err(LiveError::Number { option, value, range }) }
-    };
     if let Some(tolerance) = live.tolerance {
         let range = "between 1e-14 and 0.1";
-        number("the tolerance", tolerance, (1e-14..=0.1).contains(&tolerance), range)?;
+        number_in("the tolerance", tolerance, (1e-14..=0.1).contains(&tolerance), range)?;
     }
     if let Some(step) = live.step {
-        number("the step", step, step > 0.0 && step.is_finite(), "a positive number")?;
+        number_in("the step", step, step > 0.0 && step.is_finite(), "a positive number")?;
     }
     let accuracy = |given, remedy| Err(LiveError::Accuracy { given, remedy });
     let method = live.method.unwrap_or(match live.step {

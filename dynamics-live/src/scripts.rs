@@ -12,13 +12,15 @@ pub(crate) struct Parts {
     pub(crate) kinks: bool,
     /// It has events, contacts, or sticking.
     pub(crate) events: bool,
+    /// It has families of coordinates.
+    pub(crate) families: bool,
 }
 
 /// A script, and whether a model with these parts needs it.
 type Script = (&'static str, fn(Parts) -> bool);
 
 /// What computes, in the order in which it has to be read. It knows nothing of pages.
-const MOTION: [Script; 23] = [
+const MOTION: [Script; 24] = [
     (include_str!("motion/numbers.js"), |_| true),
     (include_str!("motion/methods.js"), |_| true),
     (include_str!("motion/linear.js"), |_| true),
@@ -42,6 +44,7 @@ const MOTION: [Script; 23] = [
     (include_str!("motion/events.js"), |parts| parts.events),
     (include_str!("motion/motion.js"), |_| true),
     (include_str!("motion/drag.js"), |_| true),
+    (include_str!("motion/families.js"), |parts| parts.families),
 ];
 
 /// What is seen.
@@ -71,7 +74,7 @@ pub(crate) fn style() -> String {
 #[doc(hidden)]
 #[must_use]
 pub fn motion_script() -> String {
-    motion_script_of(Parts { constraints: true, kinks: true, events: true })
+    motion_script_of(Parts { constraints: true, kinks: true, events: true, families: true })
 }
 
 /// The same with the parts that a model needs.

@@ -347,6 +347,14 @@ class Motion extends Stepper {
   energies(out, t = this.t, q = this.q, u = this.u) {
     const { system } = this,
       of = (name) => system.value(name, t, q, u)?.[0] ?? NaN;
+    // What comes in one pass is asked for once.
+    const both = system.value("energies", t, q, u);
+    if (both !== null) {
+      out[0] = both[0];
+      out[1] = both[1];
+      out[2] = out[0] + out[1];
+      return out;
+    }
     out[0] = of("kinetic_energy");
     out[1] = of("potential_energy");
     out[2] = system.has("energy_function") ? of("energy_function") : out[0] + out[1];

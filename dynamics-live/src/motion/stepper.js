@@ -443,6 +443,7 @@ class Stepper {
   attempt_by_method(h) {
     const { method } = this.plan;
     if (method.explicit) return this.attempt_explicit(method, h);
+    if (method.attempt) return method.attempt(this, h);
     return method.kind === "midpoint" ? this.midpoint.attempt(h) : this.attempt_semi_implicit(h);
   }
 
@@ -589,6 +590,7 @@ class Stepper {
     }
     this.t = to;
     this.steps++;
+    plan.method.accept?.(this);
     if (this.r > 0) system.constraints.accept_step();
     this.step_work = this.work_of_step(h);
     this.work += this.step_work;

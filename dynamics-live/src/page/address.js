@@ -7,12 +7,36 @@ function link() {
   const { t, q, u, m } = player.start, entries = [];
   MODEL.parameters.forEach(({ name }, i) => entries.push([name, player.motion.p[i]]));
   MODEL.inputs.forEach(({ name }, i) => entries.push([name, player.w[i]]));
-  MODEL.coordinates.forEach(({ name }, i) => entries.push([name, q[i]]));
-  MODEL.coordinates.forEach((coordinate, i) => entries.push([rateName(coordinate), u[i]]));
+  if (PROGRAMS.family) entries.push(nodesInLink(player.start));
+  else {
+    MODEL.coordinates.forEach(({ name }, i) => entries.push([name, q[i]]));
+    MODEL.coordinates.forEach((coordinate, i) => entries.push([rateName(coordinate), u[i]]));
+  }
   if (t) entries.push(["~t", t]);
   if (m.length) entries.push(["~modes", m.join(",")]);
   entries.push(["~method", player.method], ["~accuracy", player.accuracy]);
   return new URLSearchParams(entries).toString();
+}
+// Of many nodes: the number of a start of the page, or all values to the last bit.
+function nodesInLink({ t, q, u }) {
+  const same = (a, b) => a.every((x, i) => x === b[i]);
+  const known = MODEL.starts.findIndex((start) => start.t === t && same(start.q, q) && same(start.u, u));
+  if (known >= 0) return ["~start", known];
+  const bytes = new Uint8Array(Float64Array.from([...q, ...u]).buffer);
+  let text = "";
+  for (const byte of bytes) text += String.fromCharCode(byte);
+  return ["~state", btoa(text)];
+}
+// The start that a link has in this way, or null.
+function nodesOfLink(given) {
+  const known = MODEL.starts[given.get("~start") ?? -1], text = given.get("~state");
+  if (known) return known;
+  if (!text) return null;
+  try {
+    const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+    const values = bytes.length === 16 * N ? Array.from(new Float64Array(bytes.buffer)) : [NaN];
+    return values.every(Number.isFinite) ? { q: values.slice(0, N), u: values.slice(N) } : null;
+  } catch { return null; }
 }
 let addressTimer;
 function remember() {
@@ -33,7 +57,8 @@ function takeAll(parameters, start) {
 // Takes what an address says, or the model's own start where that is refused; where that is refused, too, the
 // page stands there. Returns the method and the accuracy, which is null where the address has none.
 function recall(address = location.hash.slice(1)) {
-  const given = new URLSearchParams(address), [usual] = MODEL.starts;
+  const given = new URLSearchParams(address);
+  const usual = { ...MODEL.starts[0], ...(PROGRAMS.family ? nodesOfLink(given) : null) };
   const get = (name, otherwise) => {
     const text = given.get(name), v = Number(text);
     return text === null || text === "" || !Number.isFinite(v) ? otherwise : v;
@@ -136,14 +161,26 @@ function rustRules() {
     }),
   ];
 }
+// The values of every field; those of grids row after row, as setters take them.
+function nodesByField(values) {
+  return PROGRAMS.family.fields.map(({ from, rows, columns, numbered }) => {
+    const own = Array.from(values.slice(from, from + rows * columns), literal);
+    return [MODEL.coordinates[from].name.replace(/\[.*/, ""), numbered ? `[${own.join(", ")}]` : own[0]];
+  }).filter(([, value]) => !/^\[?(0\.0(, )?)*\]?$/.test(value));
+}
 function rust() {
   const { t, q, u, m } = player.start, { method, accuracy } = player;
-  const parameters = fieldsOf(MODEL.parameters, player.motion.p)
-    .map(([name, value]) => `${identifier(name)}: ${value}`);
+  const parameters = fieldsOf(MODEL.parameters, player.motion.p);
+  for (const { name, value } of MODEL.counts ?? []) parameters.push([name, String(value)]);
+  for (const { name, values } of MODEL.numbered ?? []) {
+    parameters.push([name, `vec![${values.map(literal).join(", ")}].into()`]);
+  }
+  parameters.forEach(([name, value], k) => { parameters[k] = `${identifier(name)}: ${value}`; });
   if (MODEL.functions?.length) parameters.push("..model");
+  const coordinates = PROGRAMS.family ? nodesByField : (values) => fieldsOf(MODEL.coordinates, values);
   const set = [
-    ...fieldsOf(MODEL.coordinates, q),
-    ...fieldsOf(MODEL.coordinates, u).map(([name, value]) => [name + "_rate", value]),
+    ...coordinates(q),
+    ...coordinates(u).map(([name, value]) => [name + "_rate", value]),
     ...fieldsOf(MODEL.inputs, player.w), ...(t ? [["at_time", literal(t)]] : []),
   ].map(([name, value]) => `.${identifier(name)}(${value})`);
   MODEL.rows.forEach(({ constraint, switched }, row) => {
@@ -152,6 +189,7 @@ function rust() {
     set.push(m[switched] > 0 ? `.release("${constraint}")` : `.release_to("${constraint}", -1.0)`);
   });
   const rules = rustRules().map((rule) => `.${rule}`).join("");
+  if (PROGRAMS.family) return rustOfFamily(parameters, set);
   // The library has no implicit midpoint rule; its method for stiff problems takes a tolerance.
   const steps = METHODS[method].fixed && method !== "midpoint" ? `fixed_step(${literal(accuracy)})`
     : `tolerance(${method === "midpoint" ? "1e-9" : literal(accuracy)})`;
@@ -163,13 +201,31 @@ function rust() {
     + `let motion = model.simulate(start)${rules}.until(${until}).method(method).${steps}.run()?;\n`
     + "println!(\"{}\", motion.summary());\n";
 }
+// The same for a model with families, which has methods of its own.
+function rustOfFamily(parameters, set) {
+  const { method, accuracy } = player, { fixed } = METHODS[method], { t } = player.start;
+  const own = { ...RUST_METHODS, verlet: "StormerVerlet", euler: "StormerVerlet", midpoint: "ImplicitMidpoint" };
+  const steps = `${fixed ? "fixed_step" : "tolerance"}(${literal(accuracy)})`;
+  const length = Math.max(10 * player.pace, player.time(player.last) - t);
+  const until = literal(Math.min(t + Number(length.toPrecision(3)), player.end));
+  return `let model = ${MODEL.name} { ${parameters.join(", ")} };\n`
+    + `let start = model.state()${set.join("")}.build()?;\n`
+    + `let method = dynamics::families::methods::${own[method]};\n`
+    + `let motion = model.simulate(start).until(${until}).method(method).${steps}.run()?;\n`
+    + "println!(\"{}\", motion.summary());\n";
+}
+// What a table has of the coordinates: all, or of many nodes those that are plotted.
+const MOST_COLUMNS = 40;
+const inTable = () => MODEL.coordinates.map((coordinate, i) => ({ coordinate, i }))
+  .filter(({ coordinate: { node } }) => N <= MOST_COLUMNS || !node);
 const quoted = (name) => (/[",\n]/.test(name) ? `"${name.replace(/"/g, '""')}"` : name);
 function csv() {
-  const names = ["t", ...MODEL.coordinates.map(({ name }) => name), ...MODEL.coordinates.map(rateName)];
+  const own = inTable(), all = own.map(({ coordinate }) => coordinate);
+  const names = ["t", ...all.map(({ name }) => name), ...all.map(rateName)];
   if (HAS_ENERGY) names.push("energy");
   names.push(...player.channels.map(({ name }) => name));
   const rows = player.instants.map(({ t, y, energy, channels }) =>
-    [t, ...y, ...(HAS_ENERGY ? [energy.E] : []), ...channels].join(","));
+    [t, ...own.map(({ i }) => y[i]), ...own.map(({ i }) => y[N + i]), ...(HAS_ENERGY ? [energy.E] : []), ...channels].join(","));
   return [names.map(quoted).join(","), ...rows].join("\n") + "\n";
 }
 function saveCsv() {

@@ -322,6 +322,7 @@ function begin() {
   readPalette();
   player.listeners.push((what) => {
     if (what !== "method") {
+      showAccuracy();
       precision.stale();
       probe.stale();
       phase.forget();
@@ -344,8 +345,9 @@ function begin() {
   transport.offer(player.pace);
   bindSymbols($("equations"));
   $("equations").hidden = !$("equations").querySelector("math");
-  $("source").textContent = [PROGRAMS.accelerations, PROGRAMS.terms].filter(Boolean)
-    .flatMap(({ hoist, run }) => [hoist, run]).filter(Boolean).map(String).join("\n\n");
+  const loops = PROGRAMS.family;
+  $("source").textContent = [loops ?? PROGRAMS.accelerations, PROGRAMS.terms].filter(Boolean)
+    .flatMap(({ hoist, run, mass, forces }) => [hoist, run, mass, forces]).filter(Boolean).map(String).join("\n\n");
   $("not-shown").replaceChildren(...(MODEL.not_portable ?? []).map((text) => element("li", "", text)));
   probe.work(performance.now() + 25);
   requestAnimationFrame(tick);

@@ -50,10 +50,15 @@ function makeStart() {
       change: (v) => change([index], v), changeAll: change, now: () => player.start[part][index],
     };
   };
-  const positions = makeSliders($("positions"), MODEL.coordinates.map((c, i) => item("q", c, i)));
-  const into = N > 3 ? fold($("velocities"), "velocities") : $("velocities");
-  const velocities = makeSliders(into, MODEL.coordinates.map((c, i) => item("u", c, i)));
-  startSliders = [...positions, ...velocities];
+  // Nodes have no sliders: starts have buttons, and nodes are dragged.
+  const own = MODEL.coordinates.map((coordinate, i) => [coordinate, i]).filter(([{ node }]) => !node);
+  const sliders = (into, part) => {
+    const all = new Array(N), made = makeSliders(into, own.map(([c, i]) => item(part, c, i)));
+    own.forEach(([, i], k) => { all[i] = made[k]; });
+    return all;
+  };
+  const into = own.length > 3 ? fold($("velocities"), "velocities") : $("velocities");
+  startSliders = [...sliders($("positions"), "q"), ...sliders(into, "u")];
   for (const start of MODEL.starts.length > 1 ? MODEL.starts : []) {
     const chip = Object.assign(element("button", "", start.name), { type: "button" });
     chip.addEventListener("click", () => { if (!takeStartOf(start)) setPlaying(true); });
@@ -68,7 +73,7 @@ function takeStartOf({ t, q, u, w, m }) {
 }
 function syncStart() {
   const { q, u } = player.start;
-  startSliders.forEach((slider, i) => slider.set(i < N ? q[i] : u[i - N]));
+  startSliders.forEach((slider, i) => slider?.set(i < N ? q[i] : u[i - N]));
 }
 function resetParameters() {
   const usual = MODEL.parameters.map(({ value }) => value);
@@ -79,6 +84,7 @@ function resetParameters() {
 // Ends of start sliders from the motion's own range; angles keep theirs.
 function fitStartSliders({ lo, hi }) {
   startSliders.forEach((slider, k) => {
+    if (!slider) return;
     const angle = k < N && MODEL.coordinates[k].angle, most = Math.max(Math.abs(lo[k]), Math.abs(hi[k]));
     if (angle || !(most > 0) || !Number.isFinite(most)) return;
     const end = roundStep(1.5 * most);
@@ -88,8 +94,10 @@ function fitStartSliders({ lo, hi }) {
 
 // ---- method and accuracy
 
+// Steps are no longer than the longest one.
 const ladders = () => METHODS[player.method].fixed
   ? [0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001].map((h) => Number((h * player.pace).toPrecision(3)))
+    .filter((h) => h <= (player.motion.longest_step?.(player.method) ?? Infinity))
   : [3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13].map((k) => Number("1e-" + k));
 function setMethod(method, accuracy) {
   accuracy ??= player.usualAccuracy(method);
@@ -98,12 +106,19 @@ function setMethod(method, accuracy) {
     toast(refusal);
     ({ method, accuracy } = player);
   }
-  const list = ladders();
+  $("kind").textContent = METHODS[method].fixed ? "step in s" : "tolerance";
+  $("method").value = method;
+  listAccuracies();
+}
+function listAccuracies() {
+  const list = ladders(), { accuracy } = player;
   if (!list.includes(accuracy)) list.push(accuracy);
   list.sort((a, b) => b - a);
-  $("kind").textContent = METHODS[method].fixed ? "step in s" : "tolerance";
   $("accuracy").replaceChildren(...list.map((v) => new Option(number(v), v, false, v === accuracy)));
-  $("method").value = method;
+}
+// Of a model with families the longest step depends on the parameters.
+function showAccuracy() {
+  if (PROGRAMS.family && Number($("accuracy").value) !== player.accuracy) listAccuracies();
 }
 function makeMethods() {
   for (const [id, { name }] of Object.entries(METHODS)) $("method").append(new Option(name, id));
@@ -143,13 +158,21 @@ function makePlots() {
   if (MODEL.rows.length) plots.push(new ResidualPlot($("residual"), player));
   player.channels.forEach((channel, k) => addPlot(channel, k));
   plots.push(phase);
-  MODEL.coordinates.forEach(({ name }, i) => $("which").append(new Option(name, i)));
+  phaseChoices().forEach((i) => $("which").append(new Option(MODEL.coordinates[i].name, i)));
   $("which").value = phase.which;
   $("which").addEventListener("change", ({ target }) => {
     phase.choose(Number(target.value));
     dirty = true;
   });
   if (!picture.program) makeStrip();
+}
+// The coordinates of the phase plane: all, or of many nodes a few.
+const MOST_CHOICES = 40;
+function phaseChoices() {
+  const all = MODEL.coordinates.map((_, i) => i);
+  if (N <= MOST_CHOICES) return all;
+  const part = (i) => Math.floor(i * 12 / N) !== Math.floor((i - 1) * 12 / N) || i === N - 1;
+  return all.filter((i) => !MODEL.coordinates[i].node || part(i) || i === phase.which);
 }
 function addPlot(channel, k) {
   const card = element("div", "card plot"), top = element("div", "top"), canvas = element("canvas");

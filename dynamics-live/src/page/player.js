@@ -2,7 +2,9 @@
 "use strict";
 const N = MODEL.coordinates.length;
 const RATE = 60;      // instants recorded per second of playing
-const KEPT = 3600;    // instants that can be scrubbed through: one minute of playing
+// Instants that can be scrubbed through: one minute of playing, less where they would take much memory.
+const KEPT = Math.min(Math.max(Math.floor(2e6 / N), 300), 3600);
+const MOST_TURNED = 60;   // coordinates up to which angles that repeat are looked for
 
 const HAS_ENERGY = Boolean(PROGRAMS.energy_function || PROGRAMS.kinetic_energy && PROGRAMS.potential_energy);
 const ENERGY_UNIT = MODEL.conserved.find(({ kind }) => /energy/i.test(kind))?.unit
@@ -44,6 +46,7 @@ function characteristicTime(motion, method, accuracy, milliseconds) {
 // Which angles the model does not tell from those one turn on: an angle against a spring is none.
 function repeatingAngles(motion) {
   const names = ["accelerations", "terms", "residual", "potential_energy", "energy_function"];
+  if (N > MOST_TURNED) return MODEL.coordinates.map(() => false);
   const { t, u } = motion;
   const values = (q) => names.flatMap((name) => Array.from(motion.system.value(name, t, q, u) ?? []));
   const here = values(motion.q);
@@ -98,9 +101,19 @@ class Player {
     this.pace = chosenPace(time, this.end - t);
   }
   // The accuracy of a method for which none was chosen.
-  usualAccuracy(method) {
-    if (method === MODEL.method && MODEL.accuracy !== null) return MODEL.accuracy;
-    return METHODS[method].fixed ? Number((0.01 * this.pace).toPrecision(3)) : 1e-8;
+  usualAccuracy(method, anew = false) {
+    if (!anew && method === MODEL.method && MODEL.accuracy !== null) return MODEL.accuracy;
+    if (!METHODS[method].fixed) return PROGRAMS.family ? 1e-6 : 1e-8;
+    // Half of the longest step, where there is one.
+    const longest = this.motion.longest_step?.(method) ?? Infinity;
+    return Number(Math.min(0.01 * this.pace, 0.5 * longest).toPrecision(3));
+  }
+  // Other parameters may have made the step too long for the method.
+  shortenStep() {
+    const { fixed } = METHODS[this.method];
+    if (fixed && this.motion.longest_step?.(this.method) < this.accuracy) {
+      this.accuracy = Math.min(this.accuracy, this.usualAccuracy(this.method, true));
+    }
   }
 
   // `what`: "start", "parameters" or "method", after which nothing that was computed ahead holds.
@@ -288,6 +301,7 @@ class Player {
     if (what !== "method") {
       this.balance();
       this.fitStart();
+      this.shortenStep();
     }
     this.record(t);
     this.changed(what);

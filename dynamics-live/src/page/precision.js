@@ -68,7 +68,7 @@ class Precision {
     if (!job.reference) this.runs.push({ ...job, cost, error: done ? this.distance(state) : Infinity });
     else if (done && this.reference) this.band = Math.max(this.distance(state), 1e-16 * this.size());
     else if (done) this.reference = state;
-    else if (fine && !this.stiff) this.restart({ stiff: true });
+    else if (fine && !this.stiff && METHODS.midpoint) this.restart({ stiff: true });
     else this.shorten(shadow.t - this.start.t);
   }
   restart(change) {

@@ -2,6 +2,7 @@
 
 mod loops;
 mod matrices;
+mod portable;
 mod rows;
 mod traits;
 mod types;

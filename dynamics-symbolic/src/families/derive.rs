@@ -32,6 +32,8 @@ pub struct Element {
     pub kinetic: Option<NodeId>,
     /// V, where it has one.
     pub potential: Option<NodeId>,
+    /// The power of forces and of dissipation, where it has some.
+    pub power: Option<NodeId>,
 }
 
 /// A model's elements, and what holds of all of them.
@@ -43,6 +45,8 @@ pub struct Derived {
     pub rows: Vec<RowElement>,
     /// Whether T + V is conserved.
     pub conservative: bool,
+    /// Whether T + V changes by the power of the elements alone.
+    pub balanced: bool,
     /// Whether Q contains velocities.
     pub velocity_forces: bool,
     /// Whether M is diagonal.
@@ -103,11 +107,16 @@ pub fn derive(model: &mut FamilyModel) -> Result<Derived, Vec<NoElement>> {
         TermKind::Force(_) | TermKind::Energy(EnergyRole::Dissipation, _) => true,
         TermKind::Energy(_, id) => on(*id, Dependence::TIME.with(Dependence::INPUTS)),
     };
+    let moves = |k: &TermKind| match k {
+        TermKind::Energy(EnergyRole::Dissipation, _) | TermKind::Force(_) => false,
+        TermKind::Energy(_, id) => on(*id, Dependence::TIME.with(Dependence::INPUTS)),
+    };
     let velocity_forces = elements.iter().flat_map(|e| &e.forces).any(|(_, q)| on(*q, Dependence::RATES));
     Ok(Derived {
         conservative: homogeneous
             && !model.terms.iter().any(|term| acts(&term.kind))
             && !rows.iter().flat_map(|row| &row.components).any(|term| term.moves),
+        balanced: homogeneous && !model.terms.iter().any(|term| moves(&term.kind)),
         velocity_forces,
         diagonal: elements.iter().flat_map(|e| &e.mass).all(|(a, b, _)| a == b),
         elements,
@@ -134,7 +143,9 @@ fn add(
     let forces = match &term.kind {
         TermKind::Energy(EnergyRole::Dissipation, id) => {
             let minus = g.integer(-1);
-            entries(g, &[(*id, minus)], Symbol::Rate, n)
+            let forces = entries(g, &[(*id, minus)], Symbol::Rate, n);
+            add_power(g, &mut element.power, &forces);
+            forces
         }
         TermKind::Force(terms) => {
             let mut seeded = Vec::new();
@@ -146,7 +157,9 @@ fn add(
                     ForceTerm::Along { expression, magnitude } => seeded.push((*expression, *magnitude)),
                 }
             }
-            entries(g, &seeded, Symbol::Coordinate, n)
+            let forces = entries(g, &seeded, Symbol::Coordinate, n);
+            add_power(g, &mut element.power, &forces);
+            forces
         }
         TermKind::Energy(role, id) => {
             // L = T − V, −V or L.
@@ -224,6 +237,18 @@ fn add(
         add_force(g, &mut element.forces, a, q);
     }
     None
+}
+
+/// Σ Q u.
+fn add_power(g: &mut Graph, power: &mut Option<NodeId>, forces: &[(usize, NodeId)]) {
+    for (a, q) in forces {
+        let rate = g.symbol(Symbol::Rate(*a as u32));
+        let term = g.mul(*q, rate);
+        *power = Some(match *power {
+            Some(known) => g.add(known, term),
+            None => term,
+        });
+    }
 }
 
 fn add_force(g: &mut Graph, forces: &mut Vec<(usize, NodeId)>, a: usize, q: NodeId) {

@@ -1,8 +1,8 @@
 //! Loops over elements in JavaScript: what a live page of a model with families runs.
 //!
-//! The text is a function of the counts and of the numbered parameters. It returns the object that
-//! `family(..)` in `dynamics-live/src/motion/families.js` makes programs of. Operations have the order of the
-//! Rust loops (`dynamics-macros/src/emit/families/loops`): rounds go into buffers, nodes gather them, sums go
+//! The text is a function of the counts and of the numbered parameters. It returns the object of which
+//! `family(..)` in `dynamics-live/src/motion/families.js` makes programs. Operations have the order of the Rust
+//! loops (`dynamics-macros/src/emit/families/loops`): rounds go into buffers, nodes gather them, sums go
 //! block by block. So accelerations and energies have the same bits where M is diagonal.
 //!
 //! | name | what it is |
@@ -82,7 +82,7 @@ fn all_operations(family: &FamilyModel, derived: &Derived, shown: &[(&Shown, Str
     let elements = derived.elements.iter().map(|element| {
         let forces = element.forces.iter().map(|(_, node)| *node);
         let entries = element.mass.iter().chain(&element.stiffness).chain(&element.damping);
-        let energies = element.kinetic.iter().chain(&element.potential).copied();
+        let energies = element.kinetic.iter().chain(&element.potential).chain(&element.power).copied();
         of(forces.collect()) + of(entries.map(|(.., node)| *node).collect()) + of(energies.collect())
     });
     let shown = shown.iter().flat_map(|(shown, _)| &shown.parts).map(|part| of(part.values.clone()));
@@ -142,10 +142,11 @@ impl Loops<'_> {
         out.open("(({ counts: C, numbered: P }) => {");
         self.sizes(&mut out);
         self.declare_buffers(&mut out);
-        out.open("return family({");
+        out.open("return {");
         out.line("n,");
         out.line(&format!("velocity_forces: {},", derived.velocity_forces));
         out.line(&format!("conservative: {},", derived.conservative));
+        out.line(&format!("balanced: {},", derived.balanced));
         out.line(&format!("diagonal: {},", derived.diagonal));
         self.fields(&mut out);
         self.forces(&mut out);
@@ -160,7 +161,7 @@ impl Loops<'_> {
             }
             out.close("],");
         }
-        out.close("});");
+        out.close("};");
         out.close("})");
         out.text.trim_end().to_owned()
     }

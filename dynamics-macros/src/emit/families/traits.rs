@@ -8,6 +8,7 @@ use super::super::traits::quantities;
 use super::super::{Surface, only_one, plain, quiet};
 use super::field;
 use super::loops::Loops;
+use super::portable::portable;
 use crate::compile::CompiledFamilies;
 
 /// Everything that is derived of a model with families.
@@ -59,6 +60,7 @@ pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> T
     let operations = dynamics_symbolic::families::operations(family, derived);
     let (report, equations) = (&compiled.report, &compiled.equations);
     let name = surface.coordinates_type();
+    let portable = portable(surface, compiled);
     quote! {
         #only_one
         #quiet
@@ -164,6 +166,7 @@ pub(crate) fn family_traits(surface: &Surface, compiled: &CompiledFamilies) -> T
                 #of_constraints
                 #places
             }
+            #portable
         };
     }
 }
@@ -331,6 +334,21 @@ pub(crate) fn family_fallback(surface: &Surface) -> TokenStream {
                 fn damping(&self, _: #families::View<'_>, _: &mut #families::Entries<'_>) { #never }
                 fn coordinates(_: &Self::State, _: &[#f64], _: #families::Multipliers) -> #name { #never }
                 fn output(&self, _: #private::usize, _: &#name) -> #families::Vec<#f64> { #never }
+            }
+            impl #families::PortableFamily for #model {
+                const JAVASCRIPT: &'static #str = "";
+                const MATHML: &'static #str = "";
+                const SYMBOLS: &'static [&'static #str] = &[];
+                const NOT_PORTABLE: &'static [&'static #str] = &[];
+                const SPATIAL: #private::bool = false;
+                const PARAMETERS: &'static [#private::Quantity] = &[];
+                const COUNTS: &'static [&'static #str] = &[];
+                const NUMBERED: &'static [&'static #str] = &[];
+                const FUNCTIONS: &'static [&'static #str] = &[];
+                fn parameters(&self) -> #families::Vec<#f64> { #never }
+                fn counts(&self) -> #families::Vec<#private::usize> { #never }
+                fn numbered(&self) -> #families::Vec<&[#f64]> { #never }
+                fn smooth_functions(&self) -> #families::Vec<&dyn #private::SmoothFunction> { #never }
             }
         };
     }

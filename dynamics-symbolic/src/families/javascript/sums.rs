@@ -1,24 +1,37 @@
-//! Sums over rounds: energies, block by block as in Rust.
+//! Sums over rounds: energies and powers, block by block as in Rust.
 
 use crate::graph::NodeId;
 
 use super::{Axis, Element, Lines, Loops, Round, Rounds, ends};
 
+/// A value of an element that is summed, and the name of the sum.
+type Part = (Option<NodeId>, &'static str);
+
 impl Loops<'_> {
-    /// T and V.
+    /// T and V, and the power of forces and of dissipation.
     pub(super) fn energies(&self, out: &mut Lines) {
-        out.open("energies(p, f, t, q, u, w, out) {");
-        out.line("const kinetic = sums[0].begin(), potential = sums[1].begin();");
+        self.sums(out, "energies", &|element| {
+            vec![(element.kinetic, "kinetic"), (element.potential, "potential")]
+        });
+        self.sums(out, "powers", &|element| vec![(element.power, "power")]);
+    }
+
+    fn sums(&self, out: &mut Lines, name: &str, parts: &dyn Fn(&Element) -> Vec<Part>) {
+        out.open(&format!("{name}(p, f, t, q, u, w, out) {{"));
+        let names: Vec<&str> = parts(&Element::default()).into_iter().map(|(_, name)| name).collect();
+        for (k, name) in names.iter().enumerate() {
+            out.line(&format!("const {name} = sums[{k}].begin();"));
+        }
         for element in self.elements {
-            let parts = [(element.kinetic, "kinetic"), (element.potential, "potential")];
-            let parts: Vec<(NodeId, &str)> =
-                parts.iter().filter_map(|(node, name)| node.map(|node| (node, *name))).collect();
+            let parts = parts(element).into_iter().filter_map(|(node, name)| Some((node?, name)));
+            let parts: Vec<(NodeId, &str)> = parts.collect();
             if !parts.is_empty() {
                 self.energies_of(out, element, &parts);
             }
         }
-        out.line("out[0] = kinetic.total();");
-        out.line("out[1] = potential.total();");
+        for (k, name) in names.iter().enumerate() {
+            out.line(&format!("out[{k}] = {name}.total();"));
+        }
         out.close("},");
     }
 
