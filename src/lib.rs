@@ -122,10 +122,10 @@ pub mod prelude {
     pub use dynamics_families::model::{FamilyModel as _, FamilyState as _};
     #[cfg(feature = "families")]
     pub use dynamics_families::{Every, SimulateFamilies as _};
-    #[cfg(feature = "live")]
-    pub use dynamics_live::{Live, OpenLive as _};
     #[cfg(all(feature = "live", feature = "families"))]
     pub use dynamics_live::{FamilyLive, OpenFamilyLive as _};
+    #[cfg(feature = "live")]
+    pub use dynamics_live::{Live, OpenLive as _};
     pub use dynamics_runtime::math::F64Ext as _;
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::mechanism::Mechanism as _;

@@ -58,14 +58,12 @@ pub enum LiveError {
     /// Pages do not have the method for a model with families.
     #[cfg(feature = "families")]
     #[error(
-        "pages do not have {method} for a model with families of {unknowns} coordinates; choose \
-         `methods::StormerVerlet`, `Rk4`, `DormandPrince5` or `Dop853` (`ImplicitMidpoint` for up to 60)"
+        "pages do not have {method} for models with families; choose `methods::StormerVerlet`, `Rk4`, \
+         `DormandPrince5`, `Dop853` or `ImplicitMidpoint`"
     )]
     FamilyMethod {
         /// The method.
         method: String,
-        /// How many coordinates the model has.
-        unknowns: usize,
     },
     /// An input of a start is infinite.
     #[error("the input `{name}` is {value}; a page needs a number")]

@@ -96,7 +96,7 @@ impl<'a, M: PortableFamily> FamilyLive<'a, M> {
 
     /// The method at the beginning; the reader may take another one. Default: Störmer–Verlet where forces have
     /// no velocities, else Dormand–Prince 5(4). Pages have these two, RK4, DOP853, and the implicit midpoint
-    /// rule for up to 60 coordinates.
+    /// rule.
     pub fn method(mut self, method: impl Into<FamilyMethod>) -> Self {
         self.method = Some(method.into());
         self

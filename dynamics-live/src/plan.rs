@@ -114,10 +114,7 @@ fn can_begin<M: SimulationModel + Portable>(
 }
 
 /// The pieces of the smooth functions.
-pub(crate) fn functions(
-    names: &[&str],
-    functions: &[&dyn SmoothFunction],
-) -> Result<Vec<Pieces>, LiveError> {
+pub(crate) fn functions(names: &[&str], functions: &[&dyn SmoothFunction]) -> Result<Vec<Pieces>, LiveError> {
     let of = |(name, function): (&&str, &&dyn SmoothFunction)| {
         let name = (*name).to_owned();
         let Some(pieces) = function.pieces() else { return Err(LiveError::Function { name }) };

@@ -246,7 +246,9 @@ fn shown<'a>(
     for shown in &family.shown {
         let unit = match shown.is_place {
             true => places.iter().find(|(name, _)| *name == shown.function).map(|_| String::new()),
-            false => outputs.iter().find(|(name, ..)| *name == shown.function).map(|(_, unit, _)| unit.clone()),
+            false => {
+                outputs.iter().find(|(name, ..)| *name == shown.function).map(|(_, unit, _)| unit.clone())
+            }
         };
         all.extend(unit.map(|unit| (shown, unit)));
     }

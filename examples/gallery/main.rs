@@ -138,7 +138,15 @@ const CHAPTERS: &[Chapter] = &[
             ("foucault", foucault::live),
         ],
     ),
-    ("9 Waves in a bar", &[("waves", waves::waves)]),
+    (
+        "9 Waves in a bar",
+        &[
+            ("waves", waves::waves),
+            ("plucked_string", waves::plucked_string),
+            ("hanging_rope", waves::rope),
+            ("membrane", waves::membrane),
+        ],
+    ),
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {

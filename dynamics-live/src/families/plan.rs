@@ -11,8 +11,6 @@ use crate::plan::{Adjustable, Slider, functions, number_in, sliders};
 
 /// Tolerance of methods that choose their steps, where none is given.
 const DEFAULT_TOLERANCE: f64 = 1e-6;
-/// Most coordinates of models that pages move by the implicit midpoint rule: its matrix is dense there.
-const MOST_DENSE: usize = 60;
 
 /// What was chosen for a page, by indices.
 pub(super) struct FamilyPlan {
@@ -46,7 +44,7 @@ pub(super) fn plan<M: PortableFamily>(live: &FamilyLive<'_, M>) -> Result<Family
         }
         None => sizes.range(0).start + middle::<M>(sizes),
     };
-    let (method, key) = method(live, sizes.unknowns())?;
+    let (method, key) = method(live)?;
     let accuracy = accuracy(live, method)?;
     let adjustable = Adjustable {
         parameters: M::PARAMETERS,
@@ -73,10 +71,7 @@ fn middle<M: PortableFamily>(sizes: &Sizes) -> usize {
 }
 
 /// The method at the beginning, and its name in the scripts.
-fn method<M: PortableFamily>(
-    live: &FamilyLive<'_, M>,
-    unknowns: usize,
-) -> Result<(FamilyMethod, &'static str), LiveError> {
+fn method<M: PortableFamily>(live: &FamilyLive<'_, M>) -> Result<(FamilyMethod, &'static str), LiveError> {
     let usual = match (live.tolerance, M::VELOCITY_FORCES) {
         (Some(_), _) => FamilyMethod::DormandPrince5,
         (None, false) => FamilyMethod::StormerVerlet,
@@ -89,10 +84,10 @@ fn method<M: PortableFamily>(
         FamilyMethod::Rk4 => Some("rk4"),
         FamilyMethod::DormandPrince5 => Some("dp5"),
         FamilyMethod::Dop853 => Some("dop853"),
-        FamilyMethod::ImplicitMidpoint if unknowns <= MOST_DENSE => Some("midpoint"),
+        FamilyMethod::ImplicitMidpoint => Some("midpoint"),
         _ => None,
     };
-    let refused = || LiveError::FamilyMethod { method: method.to_string(), unknowns };
+    let refused = || LiveError::FamilyMethod { method: method.to_string() };
     key.map(|key| (method, key)).ok_or_else(refused)
 }
 
@@ -125,9 +120,7 @@ fn accuracy<M: PortableFamily>(
             "`.step(..)` is given, and the method chooses its steps",
             "give `.tolerance(..)`, or `.method(..)` one with a fixed step, as `methods::Rk4`",
         ),
-        (tolerance, step) => {
-            Ok(tolerance.or(step).or(method.is_adaptive().then_some(DEFAULT_TOLERANCE)))
-        }
+        (tolerance, step) => Ok(tolerance.or(step).or(method.is_adaptive().then_some(DEFAULT_TOLERANCE))),
     }
 }
 
@@ -188,12 +181,7 @@ fn parts(name: &str) -> Option<(&str, Vec<usize>)> {
     Some((word, indices.map(|part| part.parse().ok()).collect::<Option<_>>()?))
 }
 
-fn check_name(
-    what: &'static str,
-    name: &str,
-    known: &[Known],
-    suffixes: &[&str],
-) -> Result<(), LiveError> {
+fn check_name(what: &'static str, name: &str, known: &[Known], suffixes: &[&str]) -> Result<(), LiveError> {
     let fits = |known: &Known, (word, indices): &(&str, Vec<usize>)| {
         suffixes.iter().any(|suffix| word.strip_suffix(suffix) == Some(known.word.as_str()))
             && indices.len() == known.ends.len()

@@ -16,8 +16,6 @@ const MOST_LINE_POINTS = 400,
 const MOST_DOTS = 24,
   MOST_HELD = 100,
   MOST_HELD_IN_ROW = 12;
-/** Most coordinates of which a dense matrix is made. */
-const MOST_DENSE = 60;
 /** h ω up to which oscillations of explicit methods with fixed steps stay bounded. */
 const STABILITY_BORDERS = { verlet: 2, euler: 2, rk4: 2.82842712474619 };
 /** Radius of the half disc of h λ, on the side of decay, in which RK4 is stable. */
@@ -442,11 +440,43 @@ const VERLET = {
   },
 };
 
+/**
+ * The matrix of simplified Newton steps of the implicit midpoint rule, M + h D/2 + h² K/4, factored by rows;
+ * null where it is not positive definite.
+ */
+const newton_ordinary = ImplicitMidpoint.prototype.newton_matrix;
+ImplicitMidpoint.prototype.newton_matrix = function (h) {
+  const { system, n, t, q, u, stage } = this.stepper,
+    { p, f, w } = system,
+    loops = system.programs.family;
+  if (!loops) return newton_ordinary.call(this, h);
+  if (!this.evaluate(h, this.end)) return null;
+  const state = [t + 0.5 * h, stage.q[1], stage.u[1], w];
+  const each = (add) => {
+    loops.mass(p, f, add);
+    loops.damping(p, f, ...state, (row, column, value) => add(row, column, 0.5 * h * value));
+    loops.stiffness(p, f, ...state, (row, column, value) => add(row, column, 0.25 * h * h * value));
+  };
+  loops.newton ??= new Profile(n, loops.fields, each);
+  const profile = loops.newton,
+    l = room(profile.length),
+    [, least] = profile.factor(each, l);
+  if (!(least > 1e-14)) return null;
+  return {
+    solve(miss, step) {
+      step.fill(0);
+      loops.mass(p, f, (row, column, value) => {
+        step[row] += value * miss[column];
+      });
+      profile.solve(l, step);
+    },
+  };
+};
+
 /** Offers the methods that suit the model. */
-function offer_methods({ n, velocity_forces }) {
+function offer_methods({ velocity_forces }) {
   delete METHODS.explicit_euler;
   delete METHODS.heun;
-  if (n > MOST_DENSE) delete METHODS.midpoint;
   if (!velocity_forces) METHODS.verlet = VERLET;
 }
 
@@ -493,21 +523,33 @@ Stepper.prototype.combine = function (to_q, to_u, h, row) {
     combine_ordinary.call(this, to_q, to_u, h, row);
     return;
   }
-  const { n, q, u, slopes } = this,
+  const { n, q, u } = this,
     { stages, velocity, position, node } = row.family,
-    count = stages.length,
     drift = node * h;
-  for (let i = 0; i < n; i++) {
-    let of_q = 0,
-      of_u = 0;
-    for (let j = 0; j < count; j++) {
-      const k = slopes[(2 * stages[j] + 1) * n + i];
-      of_q += position[j] * k;
-      of_u += velocity[j] * k;
+  to_q.fill(0);
+  to_u.fill(0);
+  for (let j = 0; j < stages.length; j++) {
+    const k = this.stage.k_u[stages[j]],
+      of_q = position[j],
+      of_u = velocity[j];
+    for (let i = 0; i < n; i++) {
+      to_q[i] += of_q * k[i];
+      to_u[i] += of_u * k[i];
     }
-    to_q[i] = q[i] + (drift * u[i] + h * h * of_q);
-    to_u[i] = u[i] + h * of_u;
   }
+  for (let i = 0; i < n; i++) {
+    to_q[i] = q[i] + (drift * u[i] + h * h * to_q[i]);
+    to_u[i] = u[i] + h * to_u[i];
+  }
+};
+
+/** Work of all forces in a step of Störmer–Verlet: by the powers at its ends, of the order of the method. */
+const work_ordinary = Motion.prototype.work_of_step;
+Motion.prototype.work_of_step = function (h) {
+  if (this.plan.method !== VERLET) return work_ordinary.call(this, h);
+  if (this.work_values.length === 0) return 0;
+  const { from } = this;
+  return 0.5 * h * (this.power(from.t, from.q, from.u) + this.power(this.t, this.q, this.u));
 };
 
 /**

@@ -48,6 +48,7 @@ class ImplicitMidpoint {
         change = 0;
       for (let i = 0; i < n; i++) miss[i] = u[i] + h * stage.k_u[1][i] - end[i];
       if (newton === null) step.set(miss);
+      else if (newton.solve) newton.solve(miss, step);
       else solve_lu(newton.matrix, n, newton.lu, miss, step);
       for (let i = 0; i < n; i++) {
         end[i] += step[i];

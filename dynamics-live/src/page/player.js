@@ -29,11 +29,13 @@ function characteristicTime(motion, method, accuracy, milliseconds) {
     }
     last = q.slice();
   }
-  const passed = motion.t - begin;
-  let least = Infinity, moves = false;
+  const passed = motion.t - begin, size = (i) => Math.max(Math.abs(lo[i]), Math.abs(hi[i]));
+  // Of many nodes, what is small beside the others stands still as well.
+  let least = Infinity, moves = false, noise = 0;
+  if (PROGRAMS.family) for (let i = 0; i < N; i++) noise = Math.max(noise, 1e-6 * size(i));
   for (let i = 0; i < N; i++) {
     // Rounding moves what stands still.
-    const moved = way[i] > 1e-6 * Math.max(Math.abs(lo[i]), Math.abs(hi[i]));
+    const moved = way[i] > Math.max(1e-6 * size(i), noise);
     moves ||= moved;
     // A coordinate that never turned back tells nothing of its range.
     if (moved && way[i] > 1.2 * (hi[i] - lo[i])) least = Math.min(least, (hi[i] - lo[i]) * passed / way[i]);

@@ -66,19 +66,13 @@ pub fn javascript(
     }
     let loops = Loops { family, elements: &derived.elements, interior };
     let spatial = shown.iter().any(|(shown, _)| shown.is_place && loops.dimension(shown) == 3);
-    FamilyPortability {
-        javascript: loops.all(derived, shown),
-        symbols,
-        obstacles: Vec::new(),
-        spatial,
-    }
+    FamilyPortability { javascript: loops.all(derived, shown), symbols, obstacles: Vec::new(), spatial }
 }
 
 /// Operations of one round of everything that is printed.
 fn all_operations(family: &FamilyModel, derived: &Derived, shown: &[(&Shown, String)]) -> usize {
-    let of = |nodes: Vec<NodeId>| {
-        schedule(&family.model.graph, "element", &nodes, Staging::Inline).cost.total()
-    };
+    let of =
+        |nodes: Vec<NodeId>| schedule(&family.model.graph, "element", &nodes, Staging::Inline).cost.total();
     let elements = derived.elements.iter().map(|element| {
         let forces = element.forces.iter().map(|(_, node)| *node);
         let entries = element.mass.iter().chain(&element.stiffness).chain(&element.damping);
@@ -201,7 +195,8 @@ impl Loops<'_> {
         let mut names = BTreeMap::new();
         for id in graph.cone(roots) {
             let Node::Symbol(symbol) = graph.node(id) else { continue };
-            let node = |array: &str, l: u32| format!("{array}[{}]", self.node(self.family.locals[l as usize]));
+            let node =
+                |array: &str, l: u32| format!("{array}[{}]", self.node(self.family.locals[l as usize]));
             let name = match symbol {
                 Symbol::Coordinate(l) => node("q", l),
                 Symbol::Rate(l) => node("u", l),

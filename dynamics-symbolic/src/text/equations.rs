@@ -70,7 +70,7 @@ pub fn statements(model: &mut Model, rows: &[(NodeId, NodeId, String)]) -> [Stri
         out.push_str(&wrap(&format!("{}{appended}", target.assign(&left, &right))));
         let [left, right] = [("", &sides[0]), (EQUALS, &sides[1])]
             .map(|(lead, side)| mathml_terms(&formulas, model, lead, side).join(" "));
-        let appended = super::mathml::escaped(appended.trim());
+        let appended = super::mathml::escaped(&appended.trim().replace("<=", "≤"));
         page.line(&format!("<p class=\"eq\">{left} {right} <span class=\"where\">{appended}</span></p>\n"));
     }
     if formulas.definitions() > 0 {

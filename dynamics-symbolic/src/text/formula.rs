@@ -88,9 +88,9 @@ pub(super) fn is_taken(model: &Model, prefix: &str) -> bool {
     let names = model.coordinates.iter().map(|c| &c.name).chain(model.inputs.iter().map(|i| &i.name));
     let names =
         names.chain(model.parameters.iter().map(|p| &p.name)).chain(model.functions.iter().map(|f| &f.name));
-    names
-        .map(|n| n.as_str())
-        .any(|n| n.strip_prefix(prefix).is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit())))
+    names.map(|n| n.as_str()).any(|n| {
+        n.strip_prefix(prefix).is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit() || c == '['))
+    })
 }
 
 impl Formulas {

@@ -23,8 +23,11 @@ impl<'a> Name<'a> {
     /// The parts of a user's name.
     pub(super) fn new(user: &'a str) -> Self {
         // Indices of families have a sum in them, `s[i + 1]`.
-        let separators: &[char] =
-            if user.contains(" + ") || user.contains(" - ") { &['[', ']'] } else { &['_', '.', '[', ']', ',', ' '] };
+        let separators: &[char] = if user.contains(" + ") || user.contains(" - ") {
+            &['[', ']']
+        } else {
+            &['_', '.', '[', ']', ',', ' ']
+        };
         let mut parts = user.split(separators).filter(|p| !p.is_empty());
         let (base, digits) = split_digits(parts.next().unwrap_or(user));
         let digits = (!digits.is_empty()).then_some(digits);

@@ -1,6 +1,7 @@
 //! A JavaScript engine without a browser, with the scripts of live pages in it.
 
-use dynamics::live::{Live, OpenLive, motion_script};
+use dynamics::families::portable::PortableFamily;
+use dynamics::live::{FamilyLive, Live, OpenLive, motion_script};
 use rquickjs::{Context, Runtime};
 
 /// An engine that has a model's programs and all scripts that compute.
@@ -14,16 +15,24 @@ impl Engine {
         Self::with_data::<M>(&page.to_json().unwrap())
     }
 
+    /// With the loops of a model with families.
+    pub(crate) fn of_family<M: PortableFamily>(page: &FamilyLive<'_, M>) -> Self {
+        let [programs, data] = page.to_scripts().unwrap();
+        Self::of_texts(&programs, &data)
+    }
+
     /// With the data of a page as JSON, or part of it.
     pub(crate) fn with_data<M: OpenLive>(data: &str) -> Self {
+        Self::of_texts(M::JAVASCRIPT, data)
+    }
+
+    fn of_texts(programs: &str, data: &str) -> Self {
         let runtime = Runtime::new().unwrap();
         let context = Context::full(&runtime).unwrap();
         let engine = Self { context, _runtime: runtime };
         engine.run::<()>(&motion_script());
-        engine.run::<()>(&format!(
-            "const PROGRAMS = {}, MODEL = {{ ...{data}, ...PROGRAMS.model }};",
-            M::JAVASCRIPT
-        ));
+        engine
+            .run::<()>(&format!("const PROGRAMS = {programs}, MODEL = {{ ...{data}, ...PROGRAMS.model }};",));
         engine
     }
 

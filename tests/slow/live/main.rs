@@ -8,6 +8,7 @@ mod constants;
 #[path = "../../models/double_pendulum.rs"]
 mod double_pendulum;
 mod engine;
+mod families;
 #[path = "../snapshots/models.rs"]
 mod models;
 mod motions;

@@ -97,13 +97,7 @@ impl Elaborator<'_> {
         nested.map(part).collect()
     }
 
-    fn note_shown(
-        &mut self,
-        function: &Function,
-        is_place: bool,
-        numbered: bool,
-        values: Vec<Part>,
-    ) {
+    fn note_shown(&mut self, function: &Function, is_place: bool, numbered: bool, values: Vec<Part>) {
         let mut parts: Vec<ShownPart> = Vec::new();
         for (rounds, indices, value) in values {
             let value = match value {

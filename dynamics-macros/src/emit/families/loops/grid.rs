@@ -10,8 +10,8 @@ use dynamics_symbolic::families::{Axis, Element, Gathering, Given, Range};
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::reading::Reading;
 use super::Loops;
+use super::reading::Reading;
 use crate::emit::function;
 
 /// Numbers in buffers that stay in the first-level cache.

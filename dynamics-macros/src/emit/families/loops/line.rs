@@ -13,8 +13,8 @@ use dynamics_symbolic::graph::{Node, NodeId, Symbol};
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::reading::Reading;
 use super::Loops;
+use super::reading::Reading;
 use crate::emit::function;
 
 /// The loop over blocks of nodes.

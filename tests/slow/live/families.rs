@@ -1,0 +1,556 @@
+//! Models with families in the scripts of live pages: loops with the bits of Rust, motions by fixed steps with
+//! the bits of the library's runs where M is diagonal.
+
+use dynamics::families::measured::Accelerations;
+use dynamics::families::methods;
+use dynamics::families::model::{FamilyState as _, Multipliers};
+use dynamics::families::portable::PortableFamily;
+use dynamics::live::{LiveError, OpenFamilyLive};
+use dynamics::prelude::*;
+
+use crate::engine::{Engine, Numbers};
+
+/// A bar of masses, held at one end and pulled at the other.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(s: [m; self.elements])]
+#[inputs(pull: N)]
+#[units(length: m, ea: N, rho: kg / m)]
+struct Bar {
+    elements: usize,
+    length: f64,
+    ea: f64,
+    rho: f64,
+}
+
+#[dynamics]
+impl Bar {
+    fn h(&self) -> f64 {
+        self.length / self.elements as f64
+    }
+    fn node(&self, q: &Coordinates<Self>, i: usize) -> Expr {
+        if i == 0 { Expr::ZERO } else { q.s[i - 1] }
+    }
+    fn place(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
+        vec2(self.h() * i as f64 + self.node(q, i), 0.0)
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        (0..self.elements)
+            .map(|e| {
+                let (a, b) = (self.node(q, e).dt(), self.node(q, e + 1).dt());
+                0.25 * self.rho * self.h() * (a * a + b * b)
+            })
+            .sum()
+    }
+    #[potential]
+    fn strain(&self, q: &Coordinates<Self>) -> Expr {
+        (0..self.elements)
+            .map(|e| {
+                0.5 * self.ea / self.h() * (self.place(q, e + 1).x - self.place(q, e).x - self.h()).powi(2)
+            })
+            .sum()
+    }
+    #[force]
+    fn pull(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.s[self.elements - 1], q.pull)
+    }
+    #[output]
+    fn wall(&self, q: &Coordinates<Self>) -> Expr {
+        self.ea / self.h() * q.s[0]
+    }
+    #[output]
+    fn normal_force(&self, q: &Coordinates<Self>) -> Vec<Expr> {
+        (0..self.elements).map(|e| self.ea / self.h() * (self.node(q, e + 1) - self.node(q, e))).collect()
+    }
+}
+
+/// The same with the mass of linear elements.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(s: [m; self.elements])]
+#[units(length: m, ea: N, rho: kg / m)]
+struct ConsistentBar {
+    elements: usize,
+    length: f64,
+    ea: f64,
+    rho: f64,
+}
+
+#[dynamics]
+impl ConsistentBar {
+    fn h(&self) -> f64 {
+        self.length / self.elements as f64
+    }
+    fn node(&self, q: &Coordinates<Self>, i: usize) -> Expr {
+        if i == 0 { Expr::ZERO } else { q.s[i - 1] }
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        (0..self.elements)
+            .map(|e| {
+                let (a, b) = (self.node(q, e).dt(), self.node(q, e + 1).dt());
+                self.rho * self.h() / 6.0 * (a * a + a * b + b * b)
+            })
+            .sum()
+    }
+    #[potential]
+    fn strain(&self, q: &Coordinates<Self>) -> Expr {
+        (0..self.elements)
+            .map(|e| 0.5 * self.ea / self.h() * (self.node(q, e + 1) - self.node(q, e)).powi(2))
+            .sum()
+    }
+}
+
+/// A string between two pegs, with masses of their own and air.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(s: [m; self.nodes], w: [m; self.nodes])]
+#[units(pitch: m, ea: N, tension: N, mass: kg, damping: N * s / m)]
+struct GuitarString {
+    nodes: usize,
+    pitch: f64,
+    ea: f64,
+    tension: f64,
+    mass: Vec<f64>,
+    damping: f64,
+}
+
+#[dynamics]
+impl GuitarString {
+    fn place(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
+        let x = self.pitch * i as f64;
+        if i == 0 || i == self.nodes + 1 { vec2(x, 0.0) } else { vec2(x + q.s[i - 1], q.w[i - 1]) }
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        (0..self.nodes).map(|i| 0.5 * self.mass[i] * (q.s[i].dt().powi(2) + q.w[i].dt().powi(2))).sum()
+    }
+    #[potential]
+    fn strain(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = Expr::ZERO;
+        for e in 0..self.nodes + 1 {
+            let stretch = (self.place(q, e + 1) - self.place(q, e)).norm() / self.pitch - 1.0;
+            sum += self.pitch * (self.tension * stretch + 0.5 * self.ea * stretch.powi(2));
+        }
+        sum
+    }
+    #[dissipation]
+    fn air(&self, q: &Coordinates<Self>) -> Expr {
+        (0..self.nodes).map(|i| 0.5 * self.damping * q.w[i].dt().powi(2)).sum()
+    }
+}
+
+/// Pendulums on one axle, coupled by springs, and one more that all of them pull.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(theta: [rad; self.links], beam: m)]
+#[units(mass: kg, length: m, g: m / s^2, k: N * m, rail: kg, hold: N / m, pull: N / m)]
+struct Pendulums {
+    links: usize,
+    mass: f64,
+    length: f64,
+    g: f64,
+    k: f64,
+    rail: f64,
+    hold: f64,
+    pull: f64,
+}
+
+#[dynamics]
+impl Pendulums {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.rail * q.beam.dt().powi(2)
+            + (0..self.links)
+                .map(|i| 0.5 * self.mass * self.length * self.length * q.theta[i].dt().powi(2))
+                .sum::<Expr>()
+    }
+    #[potential]
+    fn potential(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = 0.5 * self.hold * q.beam.powi(2);
+        for i in 0..self.links {
+            sum -= self.mass * self.g * self.length * q.theta[i].cos();
+            sum += 0.5 * self.pull * (q.beam - self.length * q.theta[i].sin()).powi(2);
+        }
+        for i in 0..self.links - 1 {
+            sum += 0.5 * self.k * (q.theta[i + 1] - q.theta[i]).powi(2);
+        }
+        sum
+    }
+}
+
+/// A membrane on a grid, its rim held, large deflections.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(w: [[m; self.columns]; self.rows])]
+#[units(pitch: m, tension: N / m, mass: kg)]
+struct Drum {
+    rows: usize,
+    columns: usize,
+    pitch: f64,
+    tension: f64,
+    mass: f64,
+}
+
+#[dynamics]
+impl Drum {
+    fn height(&self, q: &Coordinates<Self>, i: usize, j: usize) -> Expr {
+        if i == 0 || j == 0 || i == self.rows + 1 || j == self.columns + 1 {
+            Expr::ZERO
+        } else {
+            q.w[i - 1][j - 1]
+        }
+    }
+    fn place(&self, q: &Coordinates<Self>, i: usize, j: usize) -> Vec3 {
+        vec3(self.pitch * i as f64, self.pitch * j as f64, self.height(q, i, j))
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = Expr::ZERO;
+        for i in 0..self.rows {
+            for j in 0..self.columns {
+                sum += 0.5 * self.mass * q.w[i][j].dt().powi(2);
+            }
+        }
+        sum
+    }
+    #[potential]
+    fn stretched_area(&self, q: &Coordinates<Self>) -> Expr {
+        let mut sum = Expr::ZERO;
+        for i in 0..self.rows + 1 {
+            for j in 0..self.columns + 1 {
+                let w = self.place(q, i, j).z;
+                let a = (self.place(q, i + 1, j).z - w) / self.pitch;
+                let b = (self.place(q, i, j + 1).z - w) / self.pitch;
+                sum += self.tension * self.pitch.powi(2) * ((1.0 + a * a + b * b).sqrt() - 1.0);
+            }
+        }
+        sum
+    }
+}
+
+/// A trolley, a cable of beads in its frame, a load: M is banded with a border.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(cart: m, x: [m; self.beads], y: [m; self.beads])]
+#[inputs(push: N)]
+#[units(trolley: kg, bead: kg, load: kg, pitch: m, ea: N, g: m / s^2)]
+struct Crane {
+    beads: usize,
+    trolley: f64,
+    bead: f64,
+    load: f64,
+    pitch: f64,
+    ea: f64,
+    g: f64,
+}
+
+#[dynamics]
+impl Crane {
+    fn place(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
+        if i == 0 { vec2(q.cart, 0.0) } else { vec2(q.cart + q.x[i - 1], q.y[i - 1]) }
+    }
+    fn mass(&self, i: usize) -> f64 {
+        if i == self.beads { self.load } else { self.bead }
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.trolley * q.cart.dt().powi(2)
+            + (1..=self.beads)
+                .map(|i| 0.5 * self.mass(i) * self.place(q, i).dt().norm_squared())
+                .sum::<Expr>()
+    }
+    #[potential]
+    fn weight(&self, q: &Coordinates<Self>) -> Expr {
+        (1..=self.beads).map(|i| self.mass(i) * self.g * self.place(q, i).y).sum()
+    }
+    #[potential]
+    fn strain(&self, q: &Coordinates<Self>) -> Expr {
+        (0..self.beads)
+            .map(|e| {
+                let stretch = (self.place(q, e + 1) - self.place(q, e)).norm() / self.pitch - 1.0;
+                0.5 * self.ea * self.pitch * stretch.powi(2)
+            })
+            .sum()
+    }
+    #[force]
+    fn push(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.cart, q.push)
+    }
+}
+
+/// Beads on rods, with a constraint for every index.
+#[derive(Clone, Debug, Dynamics)]
+#[coordinates(x: [m; self.links], y: [m; self.links])]
+#[units(pitch: m, mass: kg, g: m / s^2)]
+struct Rods {
+    links: usize,
+    pitch: f64,
+    mass: f64,
+    g: f64,
+}
+
+#[dynamics]
+impl Rods {
+    fn bead(&self, q: &Coordinates<Self>, i: usize) -> Vec2 {
+        if i == 0 { vec2(0.0, 0.0) } else { vec2(q.x[i - 1], q.y[i - 1]) }
+    }
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        (1..=self.links).map(|i| 0.5 * self.mass * self.bead(q, i).dt().norm_squared()).sum()
+    }
+    #[potential]
+    fn weight(&self, q: &Coordinates<Self>) -> Expr {
+        (0..self.links).map(|i| self.mass * self.g * q.y[i]).sum()
+    }
+    #[holonomic]
+    fn link(&self, q: &Coordinates<Self>) -> Vec<Expr> {
+        (0..self.links)
+            .map(|i| {
+                let rod = (self.bead(q, i + 1) - self.bead(q, i)).norm_squared();
+                (rod - self.pitch.powi(2)) / (2.0 * self.pitch)
+            })
+            .collect()
+    }
+}
+
+fn bar(elements: usize) -> Bar {
+    Bar { elements, length: 1.3, ea: 0.25, rho: 0.7 }
+}
+
+fn string(nodes: usize) -> GuitarString {
+    let mass = (0..nodes).map(|i| 0.01 + 0.001 * (i % 7) as f64).collect();
+    GuitarString { nodes, pitch: 1.0 / (nodes + 1) as f64, ea: 20.0, tension: 1.5, mass, damping: 0.02 }
+}
+
+fn pendulums(links: usize) -> Pendulums {
+    Pendulums { links, mass: 0.3, length: 0.4, g: 9.81, k: 0.8, rail: 2.0, hold: 30.0, pull: 0.05 }
+}
+
+fn drum(rows: usize, columns: usize) -> Drum {
+    Drum { rows, columns, pitch: 0.05, tension: 1.1, mass: 0.002 }
+}
+
+fn crane(beads: usize) -> Crane {
+    Crane { beads, trolley: 3.0, bead: 0.2, load: 1.5, pitch: 0.3, ea: 900.0, g: 9.81 }
+}
+
+/// A state with random numbers of this size, about another one.
+fn random<M: PortableFamily>(numbers: &mut Numbers, about: &M::State, size: f64) -> M::State {
+    let mut state = about.clone();
+    let (t, q, u, inputs) = state.parts_mut();
+    *t = numbers.between(0.0, 3.0);
+    q.iter_mut().chain(u).for_each(|x| *x += numbers.between(-size, size));
+    inputs.iter_mut().for_each(|x| *x = numbers.between(-2.0, 2.0));
+    state
+}
+
+/// Compares all loops of a model with Rust at random states about this one; the number of comparisons.
+fn compare<M: OpenFamilyLive>(model: &M, about: &M::State, size: f64) -> usize {
+    let engine = Engine::of_family(&model.live(about.clone()));
+    let mut numbers = Numbers::new(M::NAME);
+    let states: Vec<M::State> = (0..60).map(|_| random::<M>(&mut numbers, about, size)).collect();
+    let given: Vec<[Vec<f64>; 5]> = states
+        .iter()
+        .map(|s| [vec![s.t()], s.q().to_vec(), s.u().to_vec(), s.inputs().to_vec(), Vec::new()])
+        .collect();
+    let evaluated = |name: &str| engine.evaluate(name, &model.parameters(), &given);
+    let [found, kinetic, potential] = ["accelerations", "kinetic_energy", "potential_energy"].map(evaluated);
+    let sizes = model.ends().unwrap();
+    let mut accelerations = Accelerations::new(model, &sizes).unwrap();
+    let mut compared = 0;
+    for (k, state) in states.iter().enumerate() {
+        let mut a = vec![0.0; sizes.unknowns()];
+        accelerations.evaluate(model, state.view(), &mut a);
+        let scale = a.iter().fold(0.0f64, |most, a| most.max(a.abs()));
+        for (i, (a, found)) in a.iter().zip(&found[k]).enumerate() {
+            let same = if M::DIAGONAL { a == found } else { (a - found).abs() <= 1e-11 * scale };
+            assert!(same, "{} a[{i}]: {a:e} in Rust, {found:e} in JavaScript", M::NAME);
+        }
+        let energies = model.energies(state.view());
+        let found = [kinetic[k][0], potential[k][0]];
+        assert_eq!([energies.kinetic, energies.potential], found, "{}", M::NAME);
+        compared += a.len() + 2;
+    }
+    compared + outputs(model, &engine, &states, &given)
+}
+
+/// Outputs are functions of Rust there, and printed as expressions here.
+fn outputs<M: OpenFamilyLive>(
+    model: &M,
+    engine: &Engine,
+    states: &[M::State],
+    given: &[[Vec<f64>; 5]],
+) -> usize {
+    if M::OUTPUTS.is_empty() {
+        return 0;
+    }
+    let found = engine.evaluate("outputs", &model.parameters(), given);
+    let mut compared = 0;
+    for (state, found) in states.iter().zip(&found) {
+        let jets = M::coordinates(state, &vec![0.0; state.q().len()], Multipliers::default());
+        let own: Vec<f64> = (0..M::OUTPUTS.len()).flat_map(|k| model.output(k, &jets)).collect();
+        assert_eq!(own.len(), found.len(), "{}", M::NAME);
+        for (own, found) in own.iter().zip(found) {
+            assert!((own - found).abs() <= 1e-13 * (1.0 + own.abs()), "{}: {own:e} {found:e}", M::NAME);
+        }
+        compared += own.len();
+    }
+    compared
+}
+
+#[test]
+fn loops_have_the_bits_of_rust() {
+    let mut compared = Vec::new();
+    // Short and long, so that blocks and ends of all kinds occur.
+    for n in [2, 3, 9, 300, 1000] {
+        let bar = bar(n);
+        compared.push(compare(&bar, &bar.state().pull(0.0).build().unwrap(), 0.3));
+    }
+    for n in [2, 7, 600] {
+        let string = string(n);
+        compared.push(compare(&string, &string.state().build().unwrap(), 0.5 / n as f64));
+        let pendulums = pendulums(n);
+        compared.push(compare(&pendulums, &pendulums.state().build().unwrap(), 2.0));
+        let bar = ConsistentBar { elements: n, length: 1.3, ea: 0.25, rho: 0.7 };
+        compared.push(compare(&bar, &bar.state().build().unwrap(), 0.3));
+    }
+    for (rows, columns) in [(2, 2), (3, 5), (20, 31)] {
+        let drum = drum(rows, columns);
+        compared.push(compare(&drum, &drum.state().build().unwrap(), 0.1));
+    }
+    for n in [2, 12, 40] {
+        let crane = crane(n);
+        let hanging = crane.state().y((1..=n).map(|i| -0.3 * i as f64)).push(0.0).build().unwrap();
+        compared.push(compare(&crane, &hanging, 0.1));
+    }
+    eprintln!("{} numbers of {} models", compared.iter().sum::<usize>(), compared.len());
+}
+
+/// The end of a motion in the scripts: q and u.
+fn moved<M: OpenFamilyLive>(model: &M, start: &M::State, method: &str, step: f64, end: f64) -> [Vec<f64>; 2] {
+    let engine = Engine::of_family(&model.live(start.clone()));
+    let inputs = start.inputs();
+    engine.run(&format!(
+        "(() => {{
+            const motion = new Motion(PROGRAMS, MODEL), [{{ t, q, u }}] = MODEL.starts;
+            const refused = motion.start(t, q, u, {inputs:?}, []);
+            if (refused) throw new Error(refused);
+            while (motion.t < {end}) {{
+                if (!motion.step('{method}', {step}, {end})) throw new Error(motion.reason);
+            }}
+            return [Array.from(motion.q), Array.from(motion.u)];
+        }})()"
+    ))
+}
+
+#[test]
+fn fixed_steps_have_the_bits_of_runs() {
+    let bar = bar(300);
+    let bump = (0..300).map(|i| 0.1 * (-((i as f64 - 100.0) / 20.0).powi(2)).exp());
+    let start = bar.state().s(bump).pull(0.3).build().unwrap();
+    let (step, end) = (2f64.powi(-9), 1.0);
+    let motion = bar.simulate(start.clone()).until(end).method(methods::Rk4).fixed_step(step).run().unwrap();
+    let [q, u] = moved(&bar, &start, "rk4", step, end);
+    assert_eq!((motion.end().q(), motion.end().u()), (&q[..], &u[..]));
+    let string = string(40);
+    let start = string.state().w((0..40).map(|i| 0.01 * f64::from(i.min(39 - i)))).build().unwrap();
+    let step = 2f64.powi(-10);
+    let run = string.simulate(start.clone()).until(0.5).method(methods::Rk4).fixed_step(step);
+    let motion = run.run().unwrap();
+    let [q, u] = moved(&string, &start, "rk4", step, 0.5);
+    assert_eq!((motion.end().q(), motion.end().u()), (&q[..], &u[..]));
+    // The last kick of a run is half of one; the scripts do not know that it is the last.
+    let drum = drum(15, 12);
+    let start = drum.state().w((0..180).map(|i| 0.05 * (f64::from(i) / 7.0).sin())).build().unwrap();
+    let run = drum.simulate(start.clone()).until(0.5).method(methods::StormerVerlet).fixed_step(step);
+    let motion = run.run().unwrap();
+    let [q, u] = moved(&drum, &start, "verlet", step, 0.5);
+    assert_eq!(motion.end().q(), &q[..]);
+    let most = u.iter().zip(motion.end().u()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(most < 1e-12, "{most:e}");
+}
+
+#[test]
+fn the_longest_step_is_that_of_the_library() {
+    let engine_bound = |engine: &Engine, method: &str| -> f64 {
+        engine.run(&format!(
+            "(() => {{
+                const motion = new Motion(PROGRAMS, MODEL), [{{ t, q, u, w }}] = MODEL.starts;
+                motion.start(t, q, u, w, []);
+                return motion.longest_step('{method}');
+            }})()"
+        ))
+    };
+    let close =
+        |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+    let consistent = ConsistentBar { elements: 50, length: 1.0, ea: 2.0, rho: 0.5 };
+    let start = consistent.state().build().unwrap();
+    let engine = Engine::of_family(&consistent.live(start.clone()));
+    close(engine_bound(&engine, "verlet"), consistent.longest_step(&start).unwrap());
+    let bar = bar(64);
+    let start = bar.state().pull(0.0).build().unwrap();
+    let engine = Engine::of_family(&bar.live(start.clone()));
+    close(engine_bound(&engine, "verlet"), bar.longest_step(&start).unwrap());
+}
+
+#[test]
+fn what_a_page_cannot_hold_is_refused_by_name() {
+    let rods = Rods { links: 5, pitch: 0.2, mass: 0.1, g: 9.81 };
+    let start = rods.state().y((1..=5).map(|i| -0.2 * f64::from(i))).build().unwrap();
+    let error = rods.live(start).to_html().unwrap_err();
+    assert!(
+        matches!(error, LiveError::NotPortable { .. }) && error.to_string().contains("`link`"),
+        "{error}"
+    );
+    let bar = bar(100);
+    let start = || bar.state().pull(0.0).build().unwrap();
+    let longest = bar.longest_step(&start()).unwrap();
+    let error = bar.live(start()).step(1.01 * longest).to_html().unwrap_err();
+    assert!(matches!(error, LiveError::FamilyStart { .. }), "{error}");
+    assert!(bar.live(start()).step(0.99 * longest).to_html().is_ok());
+    let error = bar.live(start()).plot(["s[100]"]).to_html().unwrap_err();
+    assert!(error.to_string().contains("s[99]"), "{error}");
+    let error = bar.live(start()).method(methods::Newmark).step(1e-3).to_html().unwrap_err();
+    assert!(matches!(error, LiveError::FamilyMethod { .. }), "{error}");
+}
+
+/// A beam that is stiff along itself: the fixed point diverges, Newton's method with the banded matrix does
+/// not.
+#[test]
+fn the_implicit_midpoint_rule_solves_banded_systems() {
+    let string = GuitarString { ea: 4e4, ..string(80) };
+    let start = string.state().w((0..80).map(|i| 0.005 * f64::from(i.min(79 - i)))).build().unwrap();
+    let method = methods::ImplicitMidpoint;
+    let run = string.simulate(start.clone()).until(0.1).method(method).fixed_step(2e-3);
+    let motion = run.run().unwrap();
+    let [q, _] = moved(&string, &start, "midpoint", 2e-3, 0.1);
+    let most = q.iter().zip(motion.end().q()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(most < 1e-8, "{most:e}");
+}
+
+/// The picture has what `places` has, and a dragged node stands where it was brought.
+#[test]
+fn nodes_are_drawn_and_dragged() {
+    let string = string(30);
+    let start = string.state().w((0..30).map(|i| 0.001 * f64::from(i))).build().unwrap();
+    let engine = Engine::of_family(&string.live(start.clone()));
+    let drawn: Vec<f64> = engine.run(
+        "(() => {
+            const motion = new Motion(PROGRAMS, MODEL), [{ t, q, u, w }] = MODEL.starts;
+            motion.start(t, q, u, w, []);
+            return Array.from(motion.value('drawing'));
+        })()",
+    );
+    let jets = GuitarString::coordinates(&start, &[0.0; 60], Multipliers::default());
+    let places: Vec<f64> = string.places(&jets)[0].points.iter().flat_map(|[x, y, _]| [*x, *y]).collect();
+    assert_eq!(drawn.len(), places.len());
+    assert!(drawn.iter().zip(&places).all(|(a, b)| (a - b).abs() < 1e-15));
+    let left: Vec<f64> = engine.run(
+        "(() => {
+            const motion = new Motion(PROGRAMS, MODEL), [{ t, q, u, w }] = MODEL.starts;
+            motion.start(t, q, u, w, []);
+            const point = MODEL.points.findIndex(({ name }) => name === 'place[10]');
+            const [x, y] = position_of_point(motion, point);
+            return [motion.drag(point, [x, y + 0.05]), motion.q[30 + 9], motion.q[30 + 29], motion.q[30]];
+        })()",
+    );
+    assert!(left[0] < 1e-9 && (left[1] - 0.059).abs() < 1e-9, "{left:?}");
+    // As a string is plucked: less and less towards its ends.
+    assert!(left[2] < 0.033 && left[3] > 0.0 && left[3] < 0.006, "{left:?}");
+}
