@@ -20,7 +20,8 @@ use crate::scripts::Parts;
 
 /// Opens live pages of models with families.
 pub trait OpenFamilyLive: PortableFamily {
-    /// A page that simulates this model from `start`, in any browser: `model.live(start).write_html("bar.html")?`.
+    /// A page that simulates this model from `start`, in any browser:
+    /// `model.live(start).write_html("bar.html")?`.
     fn live(&self, start: Self::State) -> FamilyLive<'_, Self> {
         FamilyLive::new(self, start)
     }
@@ -81,8 +82,9 @@ impl<'a, M: PortableFamily> FamilyLive<'a, M> {
         self
     }
 
-    /// The ends of the slider of a scalar parameter or an input, its value between them. By default a positive
-    /// parameter's goes from a tenth to ten times its value. Counts and numbered parameters have no sliders.
+    /// The ends of the slider of a scalar parameter or an input, its value between them. By default a
+    /// positive parameter's goes from a tenth to ten times its value. Counts and numbered parameters have no
+    /// sliders.
     pub fn range(mut self, name: impl Into<String>, from: f64, to: f64) -> Self {
         self.ranges.push((name.into(), [from, to]));
         self
@@ -94,9 +96,9 @@ impl<'a, M: PortableFamily> FamilyLive<'a, M> {
         self
     }
 
-    /// The method at the beginning; the reader may take another one. Default: Störmer–Verlet where forces have
-    /// no velocities, else Dormand–Prince 5(4). Pages have these two, RK4, DOP853, and the implicit midpoint
-    /// rule.
+    /// The method at the beginning; the reader may take another one. Default: Störmer–Verlet where forces
+    /// have no velocities, else Dormand–Prince 5(4). Pages have these two, RK4, DOP853, and the implicit
+    /// midpoint rule.
     pub fn method(mut self, method: impl Into<FamilyMethod>) -> Self {
         self.method = Some(method.into());
         self
@@ -123,7 +125,8 @@ impl<'a, M: PortableFamily> FamilyLive<'a, M> {
         self
     }
 
-    /// The coordinate of the phase plane at the beginning. Default: the node in the middle of the first family.
+    /// The coordinate of the phase plane at the beginning. Default: the node in the middle of the first
+    /// family.
     pub fn phase(mut self, coordinate: impl Into<String>) -> Self {
         self.phase = Some(coordinate.into());
         self

@@ -5,9 +5,9 @@ use dynamics::prelude::*;
 use crate::Page;
 
 /// A pulse in a bar that is clamped on the left and free on the right, drawn as the height of a curve: above
-/// by lumped masses, below by finite elements. The free end returns it upright, the clamped end upside down.
-/// Take the narrow pulse: short waves are late with lumped masses and early with elements, and the pulse falls
-/// apart.
+/// by lumped masses, below by finite elements. The free end returns it upright, the clamped end upside
+/// down. Take the narrow pulse: short waves are late with lumped masses and early with elements, and the
+/// pulse falls apart.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(lumped: [m; self.elements], consistent: [m; self.elements])]
 #[units(length: m, ea: N, rho: kg / m)]
@@ -166,9 +166,9 @@ pub(crate) fn plucked_string() -> Page {
         .finish()?)
 }
 
-/// A rope of beads on springs hangs from a hook. Drag a bead and throw it: waves run up and down the rope, and
-/// faster near the hook, where the tension is larger. At the free end a wave turns over like the end of a
-/// whip.
+/// A rope of beads on springs hangs from a hook. Drag a bead and throw it: waves run up and down the rope,
+/// and faster near the hook, where the tension is larger. At the free end a wave turns over like the end of
+/// a whip.
 #[derive(Clone, Debug, Dynamics)]
 #[coordinates(x: [m; self.beads], y: [m; self.beads])]
 #[units(length: m, mass: kg, ea: N, g: m / s^2, air: kg / s)]

@@ -18,6 +18,8 @@ const MOST_DOTS = 24,
   MOST_HELD_IN_ROW = 12;
 /** h ω up to which oscillations of explicit methods with fixed steps stay bounded. */
 const STABILITY_BORDERS = { verlet: 2, euler: 2, rk4: 2.82842712474619 };
+/** Of stiff springs, a correction that no longer falls is rounding below this part of a step's change. */
+const STIFF_ROUNDING = 1e-7;
 /** Radius of the half disc of h λ, on the side of decay, in which RK4 is stable. */
 const RK4_HALF_DISC = 2.6;
 
@@ -138,8 +140,8 @@ function sum_of_rounds(values, start, end, first, last, top, negative) {
 // ---- the mass matrix
 
 /**
- * M = L Lᵀ by rows from the first entry that is not zero: unknowns go node by node, ordinary coordinates come
- * last. The factor lies in the constants of a program.
+ * M = L Lᵀ by rows from the first entry that is not zero: unknowns go node by node, ordinary coordinates
+ * come last. The factor lies in the constants of a program.
  */
 class Profile {
   constructor(n, fields, each) {
@@ -407,8 +409,8 @@ function family(loops, { fields }) {
 // ---- methods
 
 /**
- * Störmer–Verlet, order 2: between steps the velocities are half a kick ahead, and a state gets its own kick.
- * Kicks that follow one another are one.
+ * Störmer–Verlet, order 2: between steps the velocities are half a kick ahead, and a state gets its own
+ * kick. Kicks that follow one another are one.
  */
 const VERLET = {
   name: "Störmer–Verlet (order 2)",
@@ -450,6 +452,8 @@ ImplicitMidpoint.prototype.newton_matrix = function (h) {
     { p, f, w } = system,
     loops = system.programs.family;
   if (!loops) return newton_ordinary.call(this, h);
+  // Accelerations of what is stiff predict nothing.
+  this.end.set(u);
   if (!this.evaluate(h, this.end)) return null;
   const state = [t + 0.5 * h, stage.q[1], stage.u[1], w];
   const each = (add) => {
@@ -463,6 +467,7 @@ ImplicitMidpoint.prototype.newton_matrix = function (h) {
     [, least] = profile.factor(each, l);
   if (!(least > 1e-14)) return null;
   return {
+    rounding: STIFF_ROUNDING,
     solve(miss, step) {
       step.fill(0);
       loops.mass(p, f, (row, column, value) => {
@@ -543,7 +548,7 @@ Stepper.prototype.combine = function (to_q, to_u, h, row) {
   }
 };
 
-/** Work of all forces in a step of Störmer–Verlet: by the powers at its ends, of the order of the method. */
+/** Work of all forces in a step of Störmer–Verlet: by the powers at its ends, of the same order. */
 const work_ordinary = Motion.prototype.work_of_step;
 Motion.prototype.work_of_step = function (h) {
   if (this.plan.method !== VERLET) return work_ordinary.call(this, h);
@@ -553,8 +558,9 @@ Motion.prototype.work_of_step = function (h) {
 };
 
 /**
- * The longest step of a method with fixed steps at the present state: by ω² ≤ maxᵢ Σⱼ |kᵢⱼ| / (mᵢᵢ − Σⱼ |mᵢⱼ|),
- * as in `dynamics-families/src/step_bound.rs`. Infinite where there is no bound.
+ * The longest step of a method with fixed steps at the present state, by
+ * ω² ≤ maxᵢ Σⱼ |kᵢⱼ| / (mᵢᵢ − Σⱼ |mᵢⱼ|) as in `dynamics-families/src/step_bound.rs`. Infinite
+ * where there is no bound.
  */
 Motion.prototype.longest_step = function (method) {
   const border = STABILITY_BORDERS[method],

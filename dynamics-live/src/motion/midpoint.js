@@ -57,7 +57,7 @@ class ImplicitMidpoint {
       }
       // At rest nothing changes: no correction is a part of that.
       const part = (x) => (x === 0 ? 0 : x / change),
-        status = progress.judge(part(correction), part(rounding));
+        status = progress.judge(part(correction), Math.max(part(rounding), newton?.rounding ?? 0));
       if (status === "converged") return null;
       if (status === "diverged") {
         let coordinate = 0;

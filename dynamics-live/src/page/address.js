@@ -204,7 +204,8 @@ function rust() {
 // The same for a model with families, which has methods of its own.
 function rustOfFamily(parameters, set) {
   const { method, accuracy } = player, { fixed } = METHODS[method], { t } = player.start;
-  const own = { ...RUST_METHODS, verlet: "StormerVerlet", euler: "StormerVerlet", midpoint: "ImplicitMidpoint" };
+  const others = { verlet: "StormerVerlet", euler: "StormerVerlet", midpoint: "ImplicitMidpoint" };
+  const own = { ...RUST_METHODS, ...others };
   const steps = `${fixed ? "fixed_step" : "tolerance"}(${literal(accuracy)})`;
   const length = Math.max(10 * player.pace, player.time(player.last) - t);
   const until = literal(Math.min(t + Number(length.toPrecision(3)), player.end));
@@ -224,8 +225,9 @@ function csv() {
   const names = ["t", ...all.map(({ name }) => name), ...all.map(rateName)];
   if (HAS_ENERGY) names.push("energy");
   names.push(...player.channels.map(({ name }) => name));
+  const values = (y) => [...own.map(({ i }) => y[i]), ...own.map(({ i }) => y[N + i])];
   const rows = player.instants.map(({ t, y, energy, channels }) =>
-    [t, ...own.map(({ i }) => y[i]), ...own.map(({ i }) => y[N + i]), ...(HAS_ENERGY ? [energy.E] : []), ...channels].join(","));
+    [t, ...values(y), ...(HAS_ENERGY ? [energy.E] : []), ...channels].join(","));
   return [names.map(quoted).join(","), ...rows].join("\n") + "\n";
 }
 function saveCsv() {

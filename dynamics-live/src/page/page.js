@@ -347,7 +347,8 @@ function begin() {
   $("equations").hidden = !$("equations").querySelector("math");
   const loops = PROGRAMS.family;
   $("source").textContent = [loops ?? PROGRAMS.accelerations, PROGRAMS.terms].filter(Boolean)
-    .flatMap(({ hoist, run, mass, forces }) => [hoist, run, mass, forces]).filter(Boolean).map(String).join("\n\n");
+    .flatMap(({ hoist, run, mass, forces }) => [hoist, run, mass, forces]).filter(Boolean)
+    .map(String).join("\n\n");
   $("not-shown").replaceChildren(...(MODEL.not_portable ?? []).map((text) => element("li", "", text)));
   probe.work(performance.now() + 25);
   requestAnimationFrame(tick);

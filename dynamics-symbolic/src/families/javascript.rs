@@ -1,8 +1,8 @@
 //! Loops over elements in JavaScript: what a live page of a model with families runs.
 //!
 //! The text is a function of the counts and of the numbered parameters. It returns the object of which
-//! `family(..)` in `dynamics-live/src/motion/families.js` makes programs. Operations have the order of the Rust
-//! loops (`dynamics-macros/src/emit/families/loops`): rounds go into buffers, nodes gather them, sums go
+//! `family(..)` in `dynamics-live/src/motion/families.js` makes programs. Operations have the order of the
+//! Rust loops (`dynamics-macros/src/emit/families/loops`): rounds go into buffers, nodes gather them, sums go
 //! block by block. So accelerations and energies have the same bits where M is diagonal.
 //!
 //! | name | what it is |
@@ -11,7 +11,8 @@
 //! | `n0` | a count |
 //! | `l0`, `c0`, `o0` | of a field: nodes or rows, columns, where it begins in q |
 //! | `b1_0` | a buffer: element, number |
-//! | `p`, `f`, `t`, `q`, `u`, `w`, `a` | scalar parameters, smooth functions, time, state, inputs, accelerations |
+//! | `p`, `f`, `t` | scalar parameters, smooth functions, time |
+//! | `q`, `u`, `w`, `a` | state, inputs, accelerations |
 //! | `s`, `out` | factors of the forces, results |
 
 mod forces;

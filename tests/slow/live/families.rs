@@ -1,5 +1,5 @@
-//! Models with families in the scripts of live pages: loops with the bits of Rust, motions by fixed steps with
-//! the bits of the library's runs where M is diagonal.
+//! Models with families in the scripts of live pages: loops with the bits of Rust, motions by fixed steps
+//! with the bits of the library's runs where M is diagonal.
 
 use dynamics::families::measured::Accelerations;
 use dynamics::families::methods;
@@ -426,7 +426,7 @@ fn loops_have_the_bits_of_rust() {
 fn moved<M: OpenFamilyLive>(model: &M, start: &M::State, method: &str, step: f64, end: f64) -> [Vec<f64>; 2] {
     let engine = Engine::of_family(&model.live(start.clone()));
     let inputs = start.inputs();
-    engine.run(&format!(
+    let ends: Vec<Vec<f64>> = engine.run(&format!(
         "(() => {{
             const motion = new Motion(PROGRAMS, MODEL), [{{ t, q, u }}] = MODEL.starts;
             const refused = motion.start(t, q, u, {inputs:?}, []);
@@ -436,7 +436,8 @@ fn moved<M: OpenFamilyLive>(model: &M, start: &M::State, method: &str, step: f64
             }}
             return [Array.from(motion.q), Array.from(motion.u)];
         }})()"
-    ))
+    ));
+    ends.try_into().unwrap()
 }
 
 #[test]
@@ -455,15 +456,14 @@ fn fixed_steps_have_the_bits_of_runs() {
     let motion = run.run().unwrap();
     let [q, u] = moved(&string, &start, "rk4", step, 0.5);
     assert_eq!((motion.end().q(), motion.end().u()), (&q[..], &u[..]));
-    // The last kick of a run is half of one; the scripts do not know that it is the last.
+    // Runs add the kick of each element at the rim by itself, the scripts that of all together.
     let drum = drum(15, 12);
     let start = drum.state().w((0..180).map(|i| 0.05 * (f64::from(i) / 7.0).sin())).build().unwrap();
     let run = drum.simulate(start.clone()).until(0.5).method(methods::StormerVerlet).fixed_step(step);
     let motion = run.run().unwrap();
     let [q, u] = moved(&drum, &start, "verlet", step, 0.5);
-    assert_eq!(motion.end().q(), &q[..]);
-    let most = u.iter().zip(motion.end().u()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    assert!(most < 1e-12, "{most:e}");
+    let off = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(off(motion.end().q(), &q) < 1e-14 && off(motion.end().u(), &u) < 1e-12);
 }
 
 #[test]
@@ -505,7 +505,7 @@ fn what_a_page_cannot_hold_is_refused_by_name() {
     assert!(matches!(error, LiveError::FamilyStart { .. }), "{error}");
     assert!(bar.live(start()).step(0.99 * longest).to_html().is_ok());
     let error = bar.live(start()).plot(["s[100]"]).to_html().unwrap_err();
-    assert!(error.to_string().contains("s[99]"), "{error}");
+    assert!(matches!(error, LiveError::UnknownName { .. }), "{error}");
     let error = bar.live(start()).method(methods::Newmark).step(1e-3).to_html().unwrap_err();
     assert!(matches!(error, LiveError::FamilyMethod { .. }), "{error}");
 }
@@ -514,14 +514,14 @@ fn what_a_page_cannot_hold_is_refused_by_name() {
 /// not.
 #[test]
 fn the_implicit_midpoint_rule_solves_banded_systems() {
-    let string = GuitarString { ea: 4e4, ..string(80) };
-    let start = string.state().w((0..80).map(|i| 0.005 * f64::from(i.min(79 - i)))).build().unwrap();
+    let string = GuitarString { ea: 2e4, ..string(80) };
+    let start = string.state().w((0..80).map(|i| 2e-5 * f64::from(i.min(79 - i)))).build().unwrap();
     let method = methods::ImplicitMidpoint;
-    let run = string.simulate(start.clone()).until(0.1).method(method).fixed_step(2e-3);
+    let run = string.simulate(start.clone()).until(0.1).method(method).fixed_step(1e-3);
     let motion = run.run().unwrap();
-    let [q, _] = moved(&string, &start, "midpoint", 2e-3, 0.1);
+    let [q, _] = moved(&string, &start, "midpoint", 1e-3, 0.1);
     let most = q.iter().zip(motion.end().q()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    assert!(most < 1e-8, "{most:e}");
+    assert!(most < 1e-9, "{most:e}");
 }
 
 /// The picture has what `places` has, and a dragged node stands where it was brought.

@@ -196,9 +196,9 @@ impl Loops<'_> {
                 continue;
             }
             let at = self.node(local);
-            out.line(&format!(
-                "out[{at}] += sum_of_rounds(b{e}_{buffer}, {start}, {end}, first, last, top, {opposite}) * s[{at}];"
-            ));
+            let nodes = "first, last, top";
+            let sum = format!("sum_of_rounds(b{e}_{buffer}, {start}, {end}, {nodes}, {opposite})");
+            out.line(&format!("out[{at}] += {sum} * s[{at}];"));
         }
     }
 
