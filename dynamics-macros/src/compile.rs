@@ -199,7 +199,8 @@ fn families(
     let places = places(&implementation, &called, &witness.vectors);
     let interior = dynamics_symbolic::families::interior_forces(&mut family, &derived.elements);
     let shown = shown(&family, &outputs, &places);
-    let portability = dynamics_symbolic::families::javascript(&family, &derived, &interior, &shown);
+    let mut portability = dynamics_symbolic::families::javascript(&family, &derived, &interior, &shown);
+    portability.obstacles.extend(not_shown(&shown, &outputs, &places));
     let equations = dynamics_symbolic::families::equations(&mut family, &derived);
     let (equations, mathml) = (equations.plain, equations.mathml);
     let constants = witness.constants;
@@ -253,6 +254,22 @@ fn shown<'a>(
         all.extend(unit.map(|unit| (shown, unit)));
     }
     all
+}
+
+/// What a live page lacks, in words.
+fn not_shown(
+    shown: &[(&Shown, String)],
+    outputs: &[(syn::Ident, String, bool)],
+    places: &[(syn::Ident, Vec<Range>)],
+) -> Vec<String> {
+    let is_shown = |name: &syn::Ident| shown.iter().any(|(shown, _)| *name == shown.function);
+    let outputs = outputs.iter().filter(|(name, ..)| !is_shown(name)).map(|(name, ..)| {
+        format!("the output `{name}` is no expression of one index: its live page lacks it")
+    });
+    let places = places.iter().filter(|(name, _)| !is_shown(name));
+    let places = places
+        .map(|(name, _)| format!("the places of `{name}` cannot be followed: its live page lacks them"));
+    outputs.chain(places).collect()
 }
 
 /// Helpers `(&self, q, index)` and `(&self, q, index, index)` that return places, with all indices for which

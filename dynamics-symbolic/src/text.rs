@@ -23,7 +23,7 @@ mod target;
 pub use equations::{EquationTexts, equations, quotient, statements};
 pub use formula::Formulas;
 pub use javascript::{Portability, Portable, javascript, picture_entry};
-pub(crate) use javascript::{Round, quoted, round};
+pub(crate) use javascript::{PrintedRound, quoted, round};
 pub use latex::Latex;
 pub use listing::listing;
 pub use mathml::{Dots, MathMl, symbol_mathml};

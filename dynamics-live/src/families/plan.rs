@@ -164,7 +164,7 @@ fn names<M: PortableFamily>(sizes: &Sizes) -> Vec<Known> {
         Known { word: field.name.to_owned(), ends }
     });
     // How long a numbered output is its function knows; an index beyond it is plotted as nothing.
-    let outputs = M::OUTPUTS.iter().map(|output| Known {
+    let outputs = M::OUTPUTS.iter().filter(|output| M::SHOWN.contains(&output.name)).map(|output| Known {
         word: output.name.to_owned(),
         ends: if output.numbered { vec![usize::MAX] } else { Vec::new() },
     });

@@ -374,5 +374,6 @@ function channelsOf(motion) {
     add(rateName(coordinate), rateUnit(coordinate), ({ y }) => y[N + i]);
     add(coordinate.name, coordinate.unit, ({ y }) => y[i]);
   });
-  return MODEL.plots.map((name) => known.get(name));
+  // An index beyond the length of a numbered output has nothing to plot.
+  return MODEL.plots.map((name) => known.get(name)).filter(Boolean);
 }

@@ -22,7 +22,7 @@ use std::collections::BTreeMap;
 
 use crate::graph::{Node, NodeId, Symbol};
 use crate::schedule::{Staging, schedule};
-use crate::text::{Dots, Round, quoted, round, symbol_mathml};
+use crate::text::{Dots, PrintedRound, quoted, round, symbol_mathml};
 
 use super::derive::{Derived, Element};
 use super::model::{Anchor, Axis, FamilyModel, Local, NodeIndex, Range, Rounds, Shown, ShownPart, Source};
@@ -191,7 +191,7 @@ impl Loops<'_> {
     }
 
     /// One round that computes these values, see [`round`].
-    fn round(&self, roots: &[NodeId], in_block: bool) -> Round {
+    fn round(&self, roots: &[NodeId], in_block: bool) -> PrintedRound {
         let graph = &self.family.model.graph;
         let mut names = BTreeMap::new();
         for id in graph.cone(roots) {
@@ -253,7 +253,7 @@ impl Loops<'_> {
         for element in self.elements.iter().filter(|element| !of(element).is_empty()) {
             let entries = of(element);
             let roots: Vec<NodeId> = entries.iter().map(|(.., node)| *node).collect();
-            let Round { before, body, values } = self.round(&roots, false);
+            let PrintedRound { before, body, values } = self.round(&roots, false);
             out.open("{");
             out.lines(&before);
             let open = Self::open_rounds(out, element.rounds);
@@ -270,7 +270,7 @@ impl Loops<'_> {
 
     /// An output: a value for every index, or one.
     fn output(&self, out: &mut Lines, shown: &Shown, unit: &str) {
-        let name = quoted(&shown.function);
+        let name = quoted(plain(&shown.function));
         let components = self.dimension(shown);
         out.open("{");
         out.line(&format!("name: {name}, unit: {}, components: {components},", quoted(unit)));
@@ -282,7 +282,7 @@ impl Loops<'_> {
             (0..components).for_each(|k| out.line(&format!("out[at + {k}] = 0;")));
         }
         for part in &shown.parts {
-            let Round { before, body, values } = self.round(&part.values, false);
+            let PrintedRound { before, body, values } = self.round(&part.values, false);
             out.open("{");
             out.lines(&before);
             let open = Self::open_rounds(out, part.rounds);
@@ -302,7 +302,7 @@ impl Loops<'_> {
 
     /// Where a helper places a node: of one index, or of two.
     fn place(&self, out: &mut Lines, shown: &Shown) {
-        let (name, dimension) = (quoted(&shown.function), self.dimension(shown));
+        let (name, dimension) = (quoted(plain(&shown.function)), self.dimension(shown));
         out.open("{");
         out.line(&format!("name: {name}, dimension: {dimension},"));
         let ranges: Vec<String> = (0..shown.parts.first().map_or(0, |part| part.indices.len()))
@@ -316,7 +316,7 @@ impl Loops<'_> {
         out.line(&format!("ranges: [{}],", ranges.join(", ")));
         out.open("run(p, f, t, q, u, w, first, second, out, at) {");
         for part in &shown.parts {
-            let Round { before, body, values } = self.round(&part.values, false);
+            let PrintedRound { before, body, values } = self.round(&part.values, false);
             Self::open_part(out, part);
             out.lines(before.iter().chain(&body));
             values.iter().enumerate().for_each(|(k, value)| {
@@ -415,4 +415,9 @@ fn offset(name: &str, plus: i64) -> String {
 /// An index as a factor.
 fn factor(text: &str) -> String {
     if text.contains(' ') { format!("({text})") } else { text.to_owned() }
+}
+
+/// A name of Rust as texts have it.
+fn plain(name: &str) -> &str {
+    name.strip_prefix("r#").unwrap_or(name)
 }

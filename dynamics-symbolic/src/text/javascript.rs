@@ -10,7 +10,7 @@ mod picture;
 mod round;
 
 pub(crate) use picture::quoted;
-pub(crate) use round::{Round, round};
+pub(crate) use round::{PrintedRound, round};
 
 use std::collections::BTreeMap;
 

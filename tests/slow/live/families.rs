@@ -330,6 +330,26 @@ fn crane(beads: usize) -> Crane {
     Crane { beads, trolley: 3.0, bead: 0.2, load: 1.5, pitch: 0.3, ea: 900.0, g: 9.81 }
 }
 
+/// Pages that are tested in a browser: a line with a damper, a grid, ordinary coordinates with an input.
+pub(crate) fn pages() -> Vec<(&'static str, String)> {
+    let (string, drum, crane) = (string(120), drum(12, 9), crane(10));
+    let pluck = (0..120).map(|i| 0.002 * f64::from(i.min(119 - i)));
+    let blow = (0..108_i32).map(|k| 0.05 * (-0.1 * f64::from((k / 9 - 4).pow(2) + (k % 9 - 5).pow(2))).exp());
+    let hanging = |tilt: f64| {
+        let state = crane.state().x((1..=10).map(move |i| 0.3 * tilt.sin() * f64::from(i)));
+        state.y((1..=10).map(move |i| -0.3 * tilt.cos() * f64::from(i))).push(0.0).build().unwrap()
+    };
+    let start = string.state().w(pluck).build().unwrap();
+    vec![
+        ("string", string.live(start).plot(["w[60]", "energy"]).phase("w[60]").to_html().unwrap()),
+        ("drum", drum.live(drum.state().w(blow).build().unwrap()).to_html().unwrap()),
+        ("crane", {
+            let page = crane.live(hanging(0.5)).start("upright", hanging(0.0));
+            page.hold(["g"]).range("push", -20.0, 20.0).to_html().unwrap()
+        }),
+    ]
+}
+
 /// A state with random numbers of this size, about another one.
 fn random<M: PortableFamily>(numbers: &mut Numbers, about: &M::State, size: f64) -> M::State {
     let mut state = about.clone();

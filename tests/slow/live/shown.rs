@@ -15,6 +15,7 @@ pub(crate) fn pages() -> Vec<(&'static str, String)> {
     let mut pages = plain();
     pages.extend(constrained());
     pages.extend(unusual());
+    pages.extend(crate::families::pages());
     pages
 }
 

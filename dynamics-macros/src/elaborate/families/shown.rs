@@ -18,7 +18,7 @@ use crate::syntax::{Function, Role};
 use super::indices::index_of;
 
 /// Rounds, the indices with which a helper is called in them, and what it returns.
-type Part = (Rounds, Vec<NodeIndex>, Value);
+type ShownValue = (Rounds, Vec<NodeIndex>, Value);
 
 impl Elaborator<'_> {
     /// Notes the value of an output.
@@ -65,7 +65,7 @@ impl Elaborator<'_> {
 
     /// What a helper returns for all indices of these ranges, with these indices; `None` where it cannot be
     /// followed.
-    fn placed(&mut self, index: usize, ranges: &[Range]) -> Option<Vec<Part>> {
+    fn placed(&mut self, index: usize, ranges: &[Range]) -> Option<Vec<ShownValue>> {
         self.frames.push(Frame { scopes: vec![Vec::new()], ..Frame::default() });
         let at = Place::from(Span::call_site());
         let name = &self.implementation.functions[index].name;
@@ -97,7 +97,7 @@ impl Elaborator<'_> {
         nested.map(part).collect()
     }
 
-    fn note_shown(&mut self, function: &Function, is_place: bool, numbered: bool, values: Vec<Part>) {
+    fn note_shown(&mut self, function: &Function, is_place: bool, numbered: bool, values: Vec<ShownValue>) {
         let mut parts: Vec<ShownPart> = Vec::new();
         for (rounds, indices, value) in values {
             let value = match value {

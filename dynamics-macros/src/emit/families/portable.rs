@@ -23,6 +23,11 @@ pub(super) fn portable(surface: &Surface, compiled: &CompiledFamilies) -> TokenS
     let (counts, numbered) = (&family.counts, &family.numbered);
     let (count_fields, numbered_fields) =
         (counts.iter().map(|name| field(name)), numbered.iter().map(|name| field(name)));
+    let shown = family
+        .shown
+        .iter()
+        .filter(|shown| !shown.is_place)
+        .map(|shown| shown.function.trim_start_matches("r#"));
     let functions = &surface.functions;
     let (names, count) = (functions.iter().map(plain), functions.len());
     let texts = quote!(&'static [&'static #private::str]);
@@ -33,6 +38,7 @@ pub(super) fn portable(surface: &Surface, compiled: &CompiledFamilies) -> TokenS
             const MATHML: &'static #private::str = #mathml;
             const SYMBOLS: #texts = &[#(#symbols),*];
             const NOT_PORTABLE: #texts = &[#(#obstacles),*];
+            const SHOWN: #texts = &[#(#shown),*];
             const SPATIAL: #private::bool = #spatial;
             const PARAMETERS: &'static [#private::Quantity] = #parameters;
             const COUNTS: #texts = &[#(#counts),*];

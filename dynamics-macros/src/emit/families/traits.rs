@@ -340,6 +340,7 @@ pub(crate) fn family_fallback(surface: &Surface) -> TokenStream {
                 const MATHML: &'static #str = "";
                 const SYMBOLS: &'static [&'static #str] = &[];
                 const NOT_PORTABLE: &'static [&'static #str] = &[];
+                const SHOWN: &'static [&'static #str] = &[];
                 const SPATIAL: #private::bool = false;
                 const PARAMETERS: &'static [#private::Quantity] = &[];
                 const COUNTS: &'static [&'static #str] = &[];

@@ -6,7 +6,9 @@ use super::super::derive::Gathering;
 use super::super::gathering::{Given, buffers, gathered, is_cheap};
 use super::super::model::Local;
 use super::sums::lane;
-use super::{Axis, Element, Lines, Loops, NodeIndex, Range, Round, Rounds, anchor, ends, factor, offset};
+use super::{
+    Axis, Element, Lines, Loops, NodeIndex, PrintedRound, Range, Rounds, anchor, ends, factor, offset,
+};
 
 impl Loops<'_> {
     /// Elements whose forces come to the nodes in this way, with their numbers and ranges.
@@ -125,7 +127,7 @@ impl Loops<'_> {
     /// that reach the ends.
     fn rounds_of_line(&self, out: &mut Lines, e: usize, element: &Element, range: Range, cheap: bool) {
         let (roots, _) = buffers(self.family, element);
-        let Round { before, body, values } = self.round(&roots, true);
+        let PrintedRound { before, body, values } = self.round(&roots, true);
         let [start, end] = ends(range);
         out.open("{");
         out.lines(&before);
@@ -148,7 +150,7 @@ impl Loops<'_> {
     /// Nodes far from all ends, each by itself.
     fn nodes_by_themselves(&self, out: &mut Lines) {
         let roots: Vec<NodeId> = self.interior.iter().flatten().copied().collect();
-        let Round { before, body, values } = self.round(&roots, false);
+        let PrintedRound { before, body, values } = self.round(&roots, false);
         out.open("{");
         out.lines(&before);
         out.open("for (let i = first; i < last; i++) {");
@@ -206,7 +208,7 @@ impl Loops<'_> {
     /// 0.
     fn rounds_of_grid(&self, out: &mut Lines, e: usize, element: &Element, [outer, inner]: [Range; 2]) {
         let (roots, _) = buffers(self.family, element);
-        let Round { before, body, values } = self.round(&roots, true);
+        let PrintedRound { before, body, values } = self.round(&roots, true);
         let Kept { rows, columns } = self.kept(element);
         out.open("{");
         out.lines(&before);
@@ -242,7 +244,7 @@ impl Loops<'_> {
     /// The forces of an element with rounds, every round of which adds to its nodes.
     fn added(&self, out: &mut Lines, element: &Element) {
         let (roots, used) = buffers(self.family, element);
-        let Round { before, body, values } = self.round(&roots, true);
+        let PrintedRound { before, body, values } = self.round(&roots, true);
         let lane = lane(element.rounds);
         let is_same = |index: NodeIndex| !matches!(index, NodeIndex::Round(axis, _) if axis == lane);
         let same = |local: Local| is_same(local.index) && local.column.is_none_or(is_same);
@@ -329,7 +331,7 @@ impl Loops<'_> {
     /// What has no rounds.
     fn once(&self, out: &mut Lines, element: &Element) {
         let roots: Vec<NodeId> = element.forces.iter().map(|(_, node)| *node).collect();
-        let Round { before, body, values } = self.round(&roots, false);
+        let PrintedRound { before, body, values } = self.round(&roots, false);
         out.open("{");
         out.lines(before.iter().chain(&body));
         for ((a, _), value) in element.forces.iter().zip(&values) {

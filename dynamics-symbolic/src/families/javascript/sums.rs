@@ -2,10 +2,10 @@
 
 use crate::graph::NodeId;
 
-use super::{Axis, Element, Lines, Loops, Round, Rounds, ends};
+use super::{Axis, Element, Lines, Loops, PrintedRound, Rounds, ends};
 
 /// A value of an element that is summed, and the name of the sum.
-type Part = (Option<NodeId>, &'static str);
+type Summand = (Option<NodeId>, &'static str);
 
 impl Loops<'_> {
     /// T and V, and the power of forces and of dissipation.
@@ -16,7 +16,7 @@ impl Loops<'_> {
         self.sums(out, "powers", &|element| vec![(element.power, "power")]);
     }
 
-    fn sums(&self, out: &mut Lines, name: &str, parts: &dyn Fn(&Element) -> Vec<Part>) {
+    fn sums(&self, out: &mut Lines, name: &str, parts: &dyn Fn(&Element) -> Vec<Summand>) {
         out.open(&format!("{name}(p, f, t, q, u, w, out) {{"));
         let names: Vec<&str> = parts(&Element::default()).into_iter().map(|(_, name)| name).collect();
         for (k, name) in names.iter().enumerate() {
@@ -37,7 +37,7 @@ impl Loops<'_> {
 
     fn energies_of(&self, out: &mut Lines, element: &Element, parts: &[(NodeId, &str)]) {
         let roots: Vec<NodeId> = parts.iter().map(|(node, _)| *node).collect();
-        let Round { before, body, values } = self.round(&roots, element.rounds != Rounds::Once);
+        let PrintedRound { before, body, values } = self.round(&roots, element.rounds != Rounds::Once);
         out.open("{");
         out.lines(&before);
         if element.rounds == Rounds::Once {

@@ -11,7 +11,7 @@ use super::super::source::STYLE;
 use super::JavaScript;
 
 /// A printed round.
-pub(crate) struct Round {
+pub(crate) struct PrintedRound {
     /// What is the same in all rounds, to stand before the loop.
     pub(crate) before: Vec<String>,
     /// The statements of a round.
@@ -29,7 +29,7 @@ pub(crate) fn round(
     names: BTreeMap<Symbol, String>,
     fixed: &dyn Fn(Symbol) -> bool,
     in_block: bool,
-) -> Round {
+) -> PrintedRound {
     let functions = model.functions.iter().map(|f| f.name.clone()).collect();
     let language = JavaScript { functions, parameters: u32::MAX, extras: Vec::new(), names };
     let program = schedule(&model.graph, "element", roots, Staging::Inline);
@@ -38,7 +38,7 @@ pub(crate) fn round(
     let (lines, values) = print(&language, model, &program, STYLE);
     let (before, body): (Vec<_>, Vec<_>) = lines.into_iter().partition(|line| line.hoisted);
     let texts = |lines: Vec<super::Line>| lines.into_iter().map(|line| line.text).collect();
-    Round {
+    PrintedRound {
         before: texts(before),
         body: texts(body),
         values: values.into_iter().map(|value| value.text).collect(),

@@ -202,6 +202,8 @@ const tests = {
   staleStarts() {
     const { q, u } = live.player.start, read = (text) => Number(text.replace("−", "-").split(" ")[0]);
     return [["q", q], ["u", u]].flatMap(([part, values]) => Array.from(values).flatMap((value, i) => {
+      // Nodes of families have no sliders.
+      if (!tests.of(part + i)) return [];
       const shown = read(tests.of(part + i).getAttribute("aria-valuetext"));
       const stale = Math.abs(shown - value) > 0.006 * Math.abs(value) + 1e-12;
       return stale ? [`${part}${i} (${shown} instead of ${value})`] : [];
