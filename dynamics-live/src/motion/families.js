@@ -187,7 +187,7 @@ class Profile {
         let sum = l[base[i] + j];
         for (let k = from; k < j; k++) sum -= l[base[i] + k] * l[base[j] + k];
         l[base[i] + j] = j < i ? sum / l[base[j] + j] : Math.sqrt(sum);
-        if (j === i && !(sum / diagonal >= least)) [least, worst] = [sum / diagonal, i];
+        if (j === i && !(sum / Math.abs(diagonal) >= least)) [least, worst] = [sum / Math.abs(diagonal), i];
       }
     }
     return [this.place.indexOf(worst), least];
@@ -442,6 +442,11 @@ const VERLET = {
   },
 };
 
+/** Where M, D and K have entries. */
+function tangent_profile(loops, each) {
+  return (loops.tangent ??= new Profile(loops.n, loops.fields, each));
+}
+
 /**
  * The matrix of simplified Newton steps of the implicit midpoint rule, M + h D/2 + h² K/4, factored by rows;
  * null where it is not positive definite.
@@ -461,8 +466,7 @@ ImplicitMidpoint.prototype.newton_matrix = function (h) {
     loops.damping(p, f, ...state, (row, column, value) => add(row, column, 0.5 * h * value));
     loops.stiffness(p, f, ...state, (row, column, value) => add(row, column, 0.25 * h * h * value));
   };
-  loops.newton ??= new Profile(n, loops.fields, each);
-  const profile = loops.newton,
+  const profile = tangent_profile(loops, each),
     l = room(profile.length),
     [, least] = profile.factor(each, l);
   if (!(least > 1e-14)) return null;
@@ -557,6 +561,38 @@ Motion.prototype.work_of_step = function (h) {
   return 0.5 * h * (this.power(from.t, from.q, from.u) + this.power(this.t, this.q, this.u));
 };
 
+/** Halvings of an enclosure of the largest frequency. */
+const ENCLOSURE_STEPS = 12;
+
+/**
+ * A bound of ω² where M is not dominant on its diagonal: λ M − K is positive definite for all λ above it.
+ */
+function enclosed_square({ system: { p, f, w }, t, q, u, programs: { family: loops } }) {
+  const stiffness = (add) => loops.stiffness(p, f, t, q, u, w, add);
+  const mass = (add) => loops.mass(p, f, add);
+  const profile = tangent_profile(loops, (add) => {
+    mass(add);
+    stiffness(add);
+    loops.damping(p, f, t, q, u, w, add);
+  });
+  const l = room(profile.length);
+  const is_above = (square) => {
+    const each = (add) => {
+      mass((row, column, value) => add(row, column, square * value));
+      stiffness((row, column, value) => add(row, column, -value));
+    };
+    return profile.factor(each, l)[1] > 0;
+  };
+  let [below, above] = [0, 1];
+  while (!is_above(above) && above < 1e200) [below, above] = [above, 16 * above];
+  for (let k = 0; k < ENCLOSURE_STEPS; k++) {
+    const middle = below > 0 ? Math.sqrt(below * above) : above / 16;
+    if (is_above(middle)) above = middle;
+    else below = middle;
+  }
+  return above;
+}
+
 /**
  * The longest step of a method with fixed steps at the present state, by
  * ω² ≤ maxᵢ Σⱼ |kᵢⱼ| / (mᵢᵢ − Σⱼ |mᵢⱼ|) as in `dynamics-families/src/step_bound.rs`. Infinite
@@ -583,7 +619,10 @@ Motion.prototype.longest_step = function (method) {
   });
   let [square, decay] = [0, 0];
   for (let i = 0; i < n; i++) {
-    if (!(inertia[i] > 0)) return Infinity;
+    if (!(inertia[i] > 0)) {
+      square = enclosed_square(this);
+      break;
+    }
     square = Math.max(square, (Math.abs(own[i]) + sums[i]) / inertia[i]);
     decay = Math.max(decay, damping[i] / inertia[i]);
   }

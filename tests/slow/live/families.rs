@@ -507,6 +507,12 @@ fn the_longest_step_is_that_of_the_library() {
     let start = bar.state().pull(0.0).build().unwrap();
     let engine = Engine::of_family(&bar.live(start.clone()));
     close(engine_bound(&engine, "verlet"), bar.longest_step(&start).unwrap());
+    // M is not dominant on its diagonal: an enclosure, from below of the step.
+    let crane = crane(12);
+    let start = crane.state().y((1..=12).map(|i| -0.3 * f64::from(i))).push(0.0).build().unwrap();
+    let engine = Engine::of_family(&crane.live(start.clone()));
+    let part = engine_bound(&engine, "verlet") / crane.longest_step(&start).unwrap();
+    assert!(part > 0.99 && part < 1.0 + 1e-6, "{part}");
 }
 
 #[test]

@@ -156,6 +156,7 @@ const tests = {
   // the largest constraint residual.
   errors() {
     tests.choose("method", "dp5");
+    tests.choose("accuracy", "1e-8");
     const { player } = live;
     player.begin(player.start);
     let state = "more", drift = 0, residual = 0;
