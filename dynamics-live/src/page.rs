@@ -1,4 +1,7 @@
 //! The page: programs, data and scripts put into the template.
+//!
+//! Programs and data stand in it as text, to be read. The library's own scripts are packed: they are nine
+//! tenths of a page, and the same in all.
 
 use dynamics_runtime::model::{Portable, SimulationModel};
 use dynamics_view::text::fill;
@@ -7,7 +10,7 @@ use dynamics_view::text::xml;
 use crate::data;
 use crate::live::{Live, LivePage};
 use crate::plan::Plan;
-use crate::scripts::{Parts, motion_script_of, page_script, style};
+use crate::scripts::{Parts, packed, style};
 
 /// The finished page.
 pub(crate) fn page<M: SimulationModel + Portable>(live: &Live<'_, M>, plan: &Plan) -> LivePage {
@@ -26,10 +29,9 @@ pub(crate) fn page<M: SimulationModel + Portable>(live: &Live<'_, M>, plan: &Pla
             ("about", &xml(&about)),
             ("style", &style()),
             ("equations", M::MATHML),
-            ("motion", &motion_script_of(parts)),
             ("programs", M::JAVASCRIPT),
             ("model", &data),
-            ("page", &page_script(M::SPATIAL)),
+            ("packed", &packed(parts, M::SPATIAL)),
         ],
     );
     LivePage { title, about, html }
