@@ -60,6 +60,8 @@ pub use work_precision::{
     WorkPrecisionCurve, WorkPrecisionError,
 };
 
+/// Complex numbers: what the Fourier transforms take, and eigenvalues.
+pub use nalgebra::Complex;
 pub use vibration::{
     Banded, BandedModel, Campbell, CriticalSpeed, Excitation, FrequencyResponse, Gain, Load,
     LogarithmicDecrement, LowestModes, Lqr, LqrDesign, ModeAnimation, NormalModes, Onset, Peak, Reach,

@@ -1,4 +1,7 @@
 //! The page: programs, data and scripts put into the template.
+//!
+//! Programs and data stand in it as text, to be read. The library's own scripts are packed: they are nine
+//! tenths of a page, and the same in all.
 
 use dynamics_runtime::model::{Portable, SimulationModel};
 use dynamics_view::text::fill;
@@ -7,7 +10,7 @@ use dynamics_view::text::xml;
 use crate::data;
 use crate::live::{Live, LivePage};
 use crate::plan::Plan;
-use crate::scripts::{Parts, motion_script_of, page_script, style};
+use crate::scripts::{Parts, packed, style};
 
 /// What a page is made of.
 pub(crate) struct Sheet<'a> {
@@ -49,10 +52,9 @@ pub(crate) fn sheet(of: &Sheet<'_>) -> LivePage {
             ("about", &xml(&about)),
             ("style", &style()),
             ("equations", of.equations),
-            ("motion", &motion_script_of(of.parts)),
             ("programs", of.programs),
             ("model", of.data),
-            ("page", &page_script(of.in_space)),
+            ("packed", &packed(of.parts, of.in_space)),
         ],
     );
     LivePage { title: of.title.to_owned(), about, html }

@@ -1,7 +1,11 @@
-//! The scripts of pages. They are sources to be read; pages get them without comments and indentation.
+//! The scripts of pages. They are sources to be read; pages get them without comments and indentation, and
+//! packed.
 
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
 use dynamics_view::scripts;
 pub(crate) use dynamics_view::scripts::joined;
+use miniz_oxide::deflate::compress_to_vec;
 
 /// Which parts of the motion's scripts a model needs.
 #[derive(Clone, Copy, Debug)]
@@ -59,10 +63,18 @@ const PAGE: [&str; 8] = [
     include_str!("page/page.js"),
 ];
 
-/// What is seen, as one script.
-pub(crate) fn page_script(in_space: bool) -> String {
+/// How much is tried to find repetitions: the most that has a name.
+const COMPRESSION: u8 = 9;
+
+/// The script of a page, packed by DEFLATE as Base64, which browsers unpack without a request. `model` in a
+/// comment is the place of programs and data.
+pub(crate) fn packed(parts: Parts, in_space: bool) -> String {
+    let motion = motion_script_of(parts);
     let sight = if in_space { scripts::SPACE } else { scripts::PLANE };
-    joined(&[&scripts::SHARED[..], &[sight], &PAGE].concat())
+    let page = joined(&[&scripts::SHARED[..], &[sight], &PAGE].concat());
+    let script =
+        format!("\"use strict\";\n(() => {{\n{motion}/* model */\n(() => {{\n{page}}})();\n}})();\n");
+    BASE64_STANDARD.encode(compress_to_vec(script.as_bytes(), COMPRESSION))
 }
 
 /// The style without comments and indentation.

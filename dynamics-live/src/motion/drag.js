@@ -130,19 +130,31 @@ function set_contacts(motion, is_closed) {
   motion.system.switch_modes();
 }
 
+/** What is across a direction of unit length, of a vector or of rows that begin `stride` numbers apart. */
+function across(direction, values, stride = 1) {
+  const out = values.slice();
+  for (let j = 0; j < stride; j++) {
+    const part = direction.reduce((sum, x, i) => sum + x * values[i * stride + j], 0);
+    direction.forEach((x, i) => { out[i * stride + j] -= x * part; });
+  }
+  return out;
+}
+
 /**
- * Brings a point as near to a target as it gets, and leaves the mechanism at rest there. Contacts open where
+ * Brings a point as near to a target as it gets, or to the line through the target along a direction of unit
+ * length: what a place of a picture of space shows. It leaves the mechanism at rest there. Contacts open where
  * that brings it nearer, and close where the mechanism would sink into them. Returns the distance that is
  * left; the motion is as before where the constraints cannot be fulfilled.
  */
-Motion.prototype.drag = function (point, target) {
+Motion.prototype.drag = function (point, target, along = null) {
   const { n, r, t, system } = this,
     zero = new Float64Array(n),
     modes = this.m.slice(),
     closed = new Set();
   const away = (at) => {
     const position = position_of_point(this, point, t, at);
-    return Float64Array.from(position, (x, i) => target[i] - x);
+    const e = Float64Array.from(position, (x, i) => target[i] - x);
+    return along ? across(along, e) : e;
   };
   const fulfil = () => set_contacts(this, (row) => closed.has(row));
   // Puts positions onto the constraints; contacts into which these sink are closed from here on.
@@ -163,7 +175,8 @@ Motion.prototype.drag = function (point, target) {
   fulfil();
   let at = { q: this.q.slice(), e: away(this.q) };
   for (let turn = 0, damping = DRAG_DAMPING; turn < MOST_DRAG_STEPS && damping < 1e6; turn++) {
-    const delta = least_change(this, t, at.q, jacobian_of_point(this, point, t, at.q), at.e, true, damping);
+    const full = jacobian_of_point(this, point, t, at.q), jacobian = along ? across(along, full, n) : full;
+    const delta = least_change(this, t, at.q, jacobian, at.e, true, damping);
     let change = 0;
     for (let i = 0; i < n; i++) change = Math.max(change, Math.abs(delta[i]) / (1 + Math.abs(at.q[i])));
     const part = change > LARGEST_DRAG_STEP ? LARGEST_DRAG_STEP / change : 1,

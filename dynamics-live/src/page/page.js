@@ -356,7 +356,7 @@ function begin() {
   const hints = picture.handles().length ? [$("hint").textContent] : [];
   hints.push(`drag the ground to ${picture.space ? "turn" : "move"} it, scroll or pinch to zoom`);
   if (picture.program) $("hint").textContent = hints.join("; ");
-  if (!$("hint").classList.contains("stays")) setTimeout(() => $("hint").classList.add("gone"), 9000);
+  if (!$("hint").classList.contains("stays")) setTimeout(() => $("hint").classList.add("gone"), 6000);
 }
 // For tests: what a frame costs, and the motion.
 window.live = {

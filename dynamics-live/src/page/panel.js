@@ -11,11 +11,22 @@ const setterOf = (list) => (indices, v) => player.change("parameters", () => {
   for (const i of indices) list[i] = v;
 });
 
+// The element of a matrix across the diagonal, if it has the same value: what is symmetric stays so.
+function mirrorOf({ name, value }) {
+  const other = name.replace(/(\d+), (\d+)/, "$2, $1");
+  const at = MODEL.parameters.findIndex((parameter) => parameter.name === other);
+  return at >= 0 && other !== name && MODEL.parameters[at].value === value ? [at] : [];
+}
 function makeParameters() {
   const set = setterOf(player.motion.p);
   const items = MODEL.parameters.map((parameter, index) => {
-    const [lo, hi] = parameter.range ?? endsOf(parameter.value);
-    return { ...parameter, id: "p" + index, index, lo, hi, change: (v) => set([index], v), changeAll: set };
+    const [lo, hi] = parameter.range ?? endsOf(parameter.value), mirror = mirrorOf(parameter);
+    const change = (v) => {
+      const refusal = set([index, ...mirror], v);
+      if (!refusal) for (const at of mirror) parameterSliders[at]?.set(v);
+      return refusal;
+    };
+    return { ...parameter, id: "p" + index, index, lo, hi, change, changeAll: set };
   });
   const shown = items.filter(({ held }) => !held), made = makeSliders($("parameters"), shown);
   parameterSliders = items.map((item) => made[shown.indexOf(item)]);

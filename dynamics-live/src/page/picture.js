@@ -319,10 +319,19 @@ class Picture {
     return this.space.unproject(at, near.map((value, axis) => value - this.middle[axis]))
       .map((value, axis) => value + this.middle[axis]);
   }
-  // Moves the handle as near to a place as the model can have it; the text of a refusal, or null.
-  pull(handle, target) {
-    const { motion } = this.player;
-    motion.drag(handle.index, this.ofModel(handle, target));
+  // Moves the handle so that it is seen as near to a point of the canvas as the model can have it; the text of
+  // a refusal, or null.
+  pull(handle, x, y) {
+    const { motion } = this.player, { view } = this.painter;
+    const along = this.space?.along([(x - view.x) / view.scale, (view.y - y) / view.scale]);
+    const target = this.placeAt(x, y, handle.place());
+    if (this.space && handle.dimension === 2) {
+      // It stays in its plane, unless that is seen from its edge.
+      const way = Math.abs(along[1]) > 0.05 ? target[1] / along[1] : 0;
+      motion.drag(handle.index, this.ofModel(handle, target.map((x, axis) => x - way * along[axis])));
+    } else {
+      motion.drag(handle.index, target, along);
+    }
     return this.player.begin(motion);
   }
   // A place or a velocity in the numbers that a point has in the model.
@@ -346,15 +355,8 @@ class Picture {
   move(event) {
     const { held } = this, box = this.canvas.getBoundingClientRect();
     const x = event.clientX - box.left, y = event.clientY - box.top;
-    let target, refusal;
-    // In space the place is as far from the eye as the point is, which the pull changes.
-    for (let turn = 0; turn < (this.space ? 5 : 1) && !refusal; turn++) {
-      target = this.placeAt(x, y, held.handle.place());
-      refusal = this.pull(held.handle, target);
-      const [px, py] = this.onCanvas(held.handle.place());
-      if (Math.hypot(px - x, py - y) < 0.5) break;
-    }
-    held.trail.push({ at: event.timeStamp, target });
+    const refusal = this.pull(held.handle, x, y);
+    held.trail.push({ at: event.timeStamp, target: this.placeAt(x, y, held.handle.place()) });
     while (held.trail.length > 2 && event.timeStamp - held.trail[0].at > 80) held.trail.shift();
     return refusal;
   }
@@ -384,6 +386,6 @@ class Picture {
     const place = handle.place(), [x, y] = this.onCanvas(place), { canvas } = this;
     const by = 0.02 * Math.min(canvas.clientWidth, canvas.clientHeight);
     this.hold();
-    return this.pull(handle, this.placeAt(x + by * right, y - by * up, place)) ?? handle.name;
+    return this.pull(handle, x + by * right, y - by * up) ?? handle.name;
   }
 }

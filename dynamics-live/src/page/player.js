@@ -18,6 +18,7 @@ const rateName = ({ name }) => name.replace(/^[^[]*/, "$&_rate");
 function characteristicTime(motion, method, accuracy, milliseconds) {
   const until = performance.now() + milliseconds, begin = motion.t;
   const lo = motion.q.slice(), hi = motion.q.slice(), way = new Float64Array(N);
+  const gone = [];
   let last = motion.q.slice(), steps = 0;
   for (; steps < 400 && performance.now() < until; steps++) {
     if (!motion.step(method, accuracy, Infinity)) break;
@@ -28,8 +29,11 @@ function characteristicTime(motion, method, accuracy, milliseconds) {
       way[i] += Math.abs(q[i] - last[i]);
     }
     last = q.slice();
+    gone.push({ t: motion.t, way: way.slice() });
   }
   const passed = motion.t - begin, size = (i) => Math.max(Math.abs(lo[i]), Math.abs(hi[i]));
+  // Until when a coordinate moves; what comes to rest is followed long after that by long steps.
+  const moving = (i) => gone.find((then) => then.way[i] >= 0.9 * way[i]).t - begin;
   // Of many nodes, what is small beside the others stands still as well.
   let least = Infinity, moves = false, noise = 0;
   if (PROGRAMS.family) for (let i = 0; i < N; i++) noise = Math.max(noise, 1e-6 * size(i));
@@ -38,7 +42,7 @@ function characteristicTime(motion, method, accuracy, milliseconds) {
     const moved = way[i] > Math.max(1e-6 * size(i), noise);
     moves ||= moved;
     // A coordinate that never turned back tells nothing of its range.
-    if (moved && way[i] > 1.2 * (hi[i] - lo[i])) least = Math.min(least, (hi[i] - lo[i]) * passed / way[i]);
+    if (moved && way[i] > 1.2 * (hi[i] - lo[i])) least = Math.min(least, (hi[i] - lo[i]) * moving(i) / (0.9 * way[i]));
   }
   if (least < Infinity) return least;
   // What flies off goes ever faster through its steps; only many steps in a short time say that it is fast.

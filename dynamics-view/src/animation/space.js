@@ -55,6 +55,10 @@ const makeSpace = (data) => {
     return [0, 1, 2].map((axis) => x / f * right[axis] + y / f * up[axis] + depth * toward[axis]);
   };
 
+  // The direction, toward the eye, in which all lies that is seen at a place of the picture.
+  const along = ([x, y]) =>
+    unit([0, 1, 2].map((axis) => toward[axis] - (x * right[axis] + y * up[axis]) / distance));
+
   const points = (v, count, first = 0) =>
     Array.from({ length: count }, (_, k) => v.slice(first + 3 * k, first + 3 * k + 3));
   const flat = (list) => list.flatMap((p) => project(p).slice(0, 2));
@@ -240,7 +244,7 @@ const makeSpace = (data) => {
     aimEye();
   };
   return {
-    project, unproject, pieces, places, extent, reach, floor, resize, reset, stride: 12,
+    project, unproject, along, pieces, places, extent, reach, floor, resize, reset, stride: 12,
     get size() { return size; },
     get whole() { return zoom === 1 && !turnedAway; },
     // What is made larger grows about the middle.

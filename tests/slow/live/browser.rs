@@ -24,14 +24,15 @@ fn visit(
     check: impl Fn(&Chromium, &File, &Page<'_>) -> Vec<String>,
 ) {
     let Some(browser) = Chromium::start() else { return };
-    let mut wrong = Vec::new();
+    let (mut wrong, mut visited) = (Vec::new(), 0);
     for file in files {
+        visited += 1;
         let page = Page::open(&browser, &file.address, opening);
         let mut found = check(&browser, file, &page);
         found.extend(page.complaints());
         wrong.extend(found.into_iter().map(|text| format!("{}: {text}", file.name)));
     }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(wrong.is_empty() && visited > 0, "{visited} visited\n{}", wrong.join("\n"));
 }
 
 /// Files that move.

@@ -47,8 +47,8 @@ impl Engine {
         })
     }
 
-    /// The results of a program at states that are given as [t], q, u, inputs, modes.
-    pub(crate) fn evaluate(&self, name: &str, parameters: &[f64], given: &[[Vec<f64>; 5]]) -> Vec<Vec<f64>> {
+    /// The results of a program at states that are given as [t], q, u, inputs, modes, q̈ and multipliers.
+    pub(crate) fn evaluate(&self, name: &str, parameters: &[f64], given: &[[Vec<f64>; 7]]) -> Vec<Vec<f64>> {
         self.run(&format!(
             "(() => {{
                 const of = (list) => Float64Array.from(list);
@@ -56,9 +56,8 @@ impl Engine {
                 const f = MODEL.functions.map(piecewise);
                 const k = new Float64Array(program.constants), out = new Float64Array(program.results);
                 if (program.hoist) program.hoist(p, f, k);
-                return {given:?}.map(([t, q, u, w, m]) => {{
-                    const none = new Float64Array(0);
-                    program.run(p, k, f, t[0], of(q), of(u), of(w), of(m), none, none, out);
+                return {given:?}.map(([t, q, u, w, m, a, l]) => {{
+                    program.run(p, k, f, t[0], of(q), of(u), of(w), of(m), of(a), of(l), out);
                     return Array.from(out);
                 }});
             }})()"

@@ -47,7 +47,9 @@ impl<'b> Page<'b> {
         let mut page = Self { tab, file, live: false };
         page.resize(opening.size);
         page.tab.open(address);
-        page.live = page.is("Boolean(window.live)");
+        // Scripts are unpacked after the page is loaded.
+        page.live = page.is("Boolean(document.getElementById('packed'))");
+        assert!(!page.live || page.becomes("window.live"), "{address} does not run: {:?}", page.complaints());
         page
     }
 

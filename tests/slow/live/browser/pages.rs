@@ -19,7 +19,7 @@ impl File {
         Self {
             name: path.file_stem().unwrap().to_string_lossy().into_owned(),
             address: format!("file://{}", path.display()),
-            live: text.contains("window.live"),
+            live: text.contains("id=\"packed\""),
         }
     }
 }
