@@ -365,9 +365,12 @@ fn compare<M: OpenFamilyLive>(model: &M, about: &M::State, size: f64) -> usize {
     let engine = Engine::of_family(&model.live(about.clone()));
     let mut numbers = Numbers::new(M::NAME);
     let states: Vec<M::State> = (0..60).map(|_| random::<M>(&mut numbers, about, size)).collect();
-    let given: Vec<[Vec<f64>; 5]> = states
+    let given: Vec<[Vec<f64>; 7]> = states
         .iter()
-        .map(|s| [vec![s.t()], s.q().to_vec(), s.u().to_vec(), s.inputs().to_vec(), Vec::new()])
+        .map(|s| {
+            let [q, u, w] = [s.q(), s.u(), s.inputs()].map(<[f64]>::to_vec);
+            [vec![s.t()], q, u, w, Vec::new(), vec![0.0; s.q().len()], Vec::new()]
+        })
         .collect();
     let evaluated = |name: &str| engine.evaluate(name, &model.parameters(), &given);
     let [found, kinetic, potential] = ["accelerations", "kinetic_energy", "potential_energy"].map(evaluated);
@@ -395,7 +398,7 @@ fn outputs<M: OpenFamilyLive>(
     model: &M,
     engine: &Engine,
     states: &[M::State],
-    given: &[[Vec<f64>; 5]],
+    given: &[[Vec<f64>; 7]],
 ) -> usize {
     if M::OUTPUTS.is_empty() {
         return 0;
