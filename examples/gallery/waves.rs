@@ -241,7 +241,7 @@ pub(crate) fn rope() -> Page {
         .start("kicked at its end", straight(0.0).x_rate(kick).build()?)
         .range("air", 0.0, 2.0)
         .hold(["length"])
-        .step(2e-4)
+        .step(5e-4)
         .method(methods::Rk4)
         .plot(["x[39]", "hook"])
         .phase("x[39]")

@@ -332,8 +332,8 @@ fn crane(beads: usize) -> Crane {
 
 /// Pages that are tested in a browser: a line with a damper, a grid, ordinary coordinates with an input.
 pub(crate) fn pages() -> Vec<(&'static str, String)> {
-    let (string, drum, crane) = (string(120), drum(12, 9), crane(10));
-    let pluck = (0..120).map(|i| 0.002 * f64::from(i.min(119 - i)));
+    let (string, drum, crane) = (string(60), drum(12, 9), crane(10));
+    let pluck = (0..60).map(|i| 0.004 * f64::from(i.min(59 - i)));
     let blow = (0..108_i32).map(|k| 0.05 * (-0.1 * f64::from((k / 9 - 4).pow(2) + (k % 9 - 5).pow(2))).exp());
     let hanging = |tilt: f64| {
         let state = crane.state().x((1..=10).map(move |i| 0.3 * tilt.sin() * f64::from(i)));
@@ -341,7 +341,7 @@ pub(crate) fn pages() -> Vec<(&'static str, String)> {
     };
     let start = string.state().w(pluck).build().unwrap();
     vec![
-        ("string", string.live(start).plot(["w[60]", "energy"]).phase("w[60]").to_html().unwrap()),
+        ("string", string.live(start).plot(["w[30]", "energy"]).phase("w[30]").to_html().unwrap()),
         ("drum", drum.live(drum.state().w(blow).build().unwrap()).to_html().unwrap()),
         ("crane", {
             let page = crane.live(hanging(0.5)).start("upright", hanging(0.0));
