@@ -46,7 +46,7 @@ function characteristicTime(motion, method, accuracy, milliseconds) {
   }
   if (least < Infinity) return least;
   // What flies off goes ever faster through its steps; only many steps in a short time say that it is fast.
-  return moves && steps === 400 && passed < 0.03 ? passed : 0;
+  return moves && steps >= 60 && passed < 0.03 ? passed : 0;
 }
 
 // Which angles the model does not tell from those one turn on: an angle against a spring is none.
@@ -102,8 +102,8 @@ class Player {
     const { fixed } = METHODS[this.method], open = fixed && MODEL.accuracy === null;
     const accuracy = fixed && !open ? this.accuracy : Math.max(this.accuracy, 1e-6);
     // A step that nobody gave is a part of the pace, which has to be found first.
-    const time = open ? characteristicTime(shadow, "dp5", 1e-6, 40)
-      : characteristicTime(shadow, this.method, accuracy, 40);
+    const time = open ? characteristicTime(shadow, "dp5", 1e-6, 150)
+      : characteristicTime(shadow, this.method, accuracy, 150);
     this.pace = chosenPace(time, this.end - t);
   }
   // The accuracy of a method for which none was chosen.
