@@ -565,7 +565,8 @@ Motion.prototype.work_of_step = function (h) {
 const ENCLOSURE_STEPS = 12;
 
 /**
- * A bound of ω² where M is not dominant on its diagonal: λ M − K is positive definite for all λ above it.
+ * A bound of ω² where M is not dominant on its diagonal: for all λ above it λ M − K is positive
+ * definite.
  */
 function enclosed_square({ system: { p, f, w }, t, q, u, programs: { family: loops } }) {
   const stiffness = (add) => loops.stiffness(p, f, t, q, u, w, add);
@@ -595,8 +596,8 @@ function enclosed_square({ system: { p, f, w }, t, q, u, programs: { family: loo
 
 /**
  * The longest step of a method with fixed steps at the present state, by
- * ω² ≤ maxᵢ Σⱼ |kᵢⱼ| / (mᵢᵢ − Σⱼ |mᵢⱼ|) as in `dynamics-families/src/step_bound.rs`. Infinite
- * where there is no bound.
+ * ω² ≤ maxᵢ Σⱼ |kᵢⱼ| / (mᵢᵢ − Σⱼ |mᵢⱼ|) as in `dynamics-families/src/step_bound.rs`.
+ * Infinite where there is no bound.
  */
 Motion.prototype.longest_step = function (method) {
   const border = STABILITY_BORDERS[method],
