@@ -12,7 +12,7 @@ const GALLERY: &str = "../gallery/";
 
 /// Short forms of ARCHITECTURE.md: `runtime/` stands for `dynamics-runtime/src/`.
 const CRATES: &[&str] =
-    &["simd", "symbolic", "vocabulary", "macros", "view", "runtime", "analysis", "families", "live"];
+    &["simd", "symbolic", "vocabulary", "macros", "view", "runtime", "analysis", "families", "live", "export"];
 
 fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))

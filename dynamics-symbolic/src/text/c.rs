@@ -16,7 +16,7 @@ use std::collections::BTreeSet;
 use crate::algebra::{Guard, Unrolled};
 use crate::compile::{Compiled, Programs};
 use crate::graph::{Binary, Comparison, NodeId, Number, Symbol, Unary};
-use crate::mechanics::{Model, Solution};
+use crate::mechanics::{General, Model, Solution};
 use crate::schedule::{Program, Staging, Step, schedule};
 
 use super::program::lines_from;
@@ -72,17 +72,33 @@ pub fn c(compiled: &Compiled) -> InC {
 
 /// Why a model cannot be printed, in words.
 fn obstacles(compiled: &Compiled) -> Vec<String> {
-    let mut all = Vec::new();
-    if compiled.programs.accelerations.results.is_empty() {
-        all.push(
-            "its accelerations are found by the general solver, at run time; remove what makes its \
-             constraints repeat one another, or divide it into smaller models"
+    let constraints = compiled.equations.constraints.as_ref();
+    let reason = constraints.and_then(|constraints| match &constraints.solution {
+        Solution::Unrolled(_) => None,
+        Solution::General(reason) => Some(match reason {
+            General::Redundant => "its constraints repeat one another; remove the rows that do".to_owned(),
+            General::Friction => {
+                "its forces depend on the reactions of the same instant; let them depend on \
+                                  the state alone"
+                    .to_owned()
+            }
+            General::NoPivots => "no order of elimination suits all states; take other coordinates, in \
+                                  which fewer constraints are needed"
                 .to_owned(),
-        );
-    } else if compiled.programs.constraints.as_ref().is_some_and(|c| c.correction.is_none()) {
-        all.push("its corrections are too large for generated code".to_owned());
+            General::TooLarge(operations) => {
+                format!("they would take {operations} operations; divide the model into smaller ones")
+            }
+        }),
+    });
+    if let Some(reason) = reason {
+        return vec![format!("its accelerations are found by the general solver, which C lacks: {reason}")];
     }
-    all
+    if compiled.programs.constraints.as_ref().is_some_and(|c| c.correction.is_none()) {
+        return vec![
+            "its corrections are too large for generated code; divide it into smaller models".to_owned(),
+        ];
+    }
+    Vec::new()
 }
 
 /// Names of headers of the standard library, and of the file with the example.
@@ -574,5 +590,34 @@ impl Target for C<'_> {
         let text = self.suffixed(n.value());
         let level = if text.starts_with('-') { Level::Sum } else { Level::Atom };
         Text::new(text, level)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{prefix, wrapped};
+
+    #[test]
+    fn names_are_those_of_c() {
+        for (name, expected) in [
+            ("DoublePendulum", "double_pendulum"),
+            ("MBSModel", "mbs_model"),
+            ("Pendulum2D", "pendulum2_d"),
+            ("Andrews", "andrews"),
+            ("Größe", "gruf6udfe"),
+            ("_Hidden", "hidden"),
+            ("Main", "model_main"),
+            ("Math", "model_math"),
+            ("_", "model"),
+        ] {
+            assert_eq!(prefix(name), expected);
+        }
+    }
+
+    #[test]
+    fn heads_have_short_lines() {
+        let head = wrapped("int f(", (0..40).map(|i| format!("const double *restrict a{i}")));
+        assert!(head.lines().all(|line| line.len() <= 98), "{head}");
+        assert_eq!(head.matches(',').count(), 39);
     }
 }

@@ -5,10 +5,8 @@ use dynamics::live::OpenLive;
 use dynamics::model::{ModelState, Vector};
 use dynamics::smooth::Pieces;
 
-use crate::engine::{Engine, Numbers};
-
-/// States of each model.
-const STATES: usize = 1000;
+use crate::engine::Engine;
+use crate::random_states::random_states;
 
 /// What the Rust programs return at a state, by the names that the programs have in JavaScript.
 fn expected<M: OpenLive>(model: &M, state: &M::State) -> Vec<(&'static str, Vec<f64>)> {
@@ -39,15 +37,6 @@ fn expected<M: OpenLive>(model: &M, state: &M::State) -> Vec<(&'static str, Vec<
     all
 }
 
-fn random_state<M: OpenLive>(numbers: &mut Numbers) -> M::State {
-    let (mut q, mut u) = (M::Vector::zeros(), M::Vector::zeros());
-    q.as_mut_slice().iter_mut().for_each(|x| *x = numbers.between(-3.0, 3.0));
-    u.as_mut_slice().iter_mut().for_each(|x| *x = numbers.between(-5.0, 5.0));
-    let mut inputs = M::Inputs::zeros();
-    inputs.as_mut_slice().iter_mut().for_each(|x| *x = numbers.between(-2.0, 2.0));
-    M::State::new(numbers.between(0.0, 10.0), q, u, inputs)
-}
-
 /// The smooth functions of a model, as pages have them.
 fn functions<M: OpenLive>(model: &M) -> String {
     let pieces = model.pieces().into_iter().map(|pieces| {
@@ -61,8 +50,7 @@ fn functions<M: OpenLive>(model: &M) -> String {
 /// Compares all programs of a model at random states; the number of comparisons.
 pub(crate) fn compare<M: OpenLive>(model: &M) -> usize {
     let parameters: Vec<f64> = (0..M::PARAMETERS.len()).map(|i| model.parameter(i).unwrap()).collect();
-    let mut numbers = Numbers::new(M::NAME);
-    let states: Vec<M::State> = (0..STATES).map(|_| random_state::<M>(&mut numbers)).collect();
+    let states = random_states::<M>();
     // Random states fulfil no constraints: no page would begin there.
     let engine = Engine::with_data::<M>(&functions(model));
     let mut names: Vec<&str> = Vec::new();
