@@ -21,7 +21,7 @@ mod series;
 mod source;
 mod target;
 
-pub use c::{InC, c};
+pub use c::{ForC, InC, PlainProgram, c};
 pub use equations::{EquationTexts, equations, quotient, statements};
 pub use formula::Formulas;
 pub use javascript::{Portability, Portable, javascript, picture_entry};

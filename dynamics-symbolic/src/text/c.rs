@@ -9,22 +9,18 @@
 //! empty for doubles and `f` for floats.
 
 mod header;
+mod printer;
 mod support;
 
 use std::collections::BTreeSet;
 
-use crate::algebra::{Guard, Unrolled};
-use crate::compile::{Compiled, Programs};
 use crate::graph::{Binary, Comparison, NodeId, Number, Symbol, Unary};
-use crate::mechanics::{General, Model, Solution};
-use crate::schedule::{Program, Staging, Step, schedule};
+use crate::mechanics::{Equations, General, Model, Solution};
+use crate::schedule::{Program, Step};
 
-use super::program::lines_from;
-use super::source::{STYLE, element, literal};
+use super::source::{element, literal};
 use super::target::{Level, Target, Text, comparison_sign};
-
-/// Smallest ratio of a pivot of M to its diagonal element: `PIVOT_TOLERANCE` of the runtime.
-const PIVOT_TOLERANCE: f64 = 1e-13;
+use printer::Printer;
 
 /// A model's programs in C.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -43,25 +39,87 @@ pub struct InC {
     pub obstacles: Vec<String>,
 }
 
+/// The programs that are printed.
+#[derive(Clone, Debug)]
+pub struct ForC<'a> {
+    /// The listing of the model, by whose hash the text is known.
+    pub listing: &'a str,
+    /// q̈, with constraints λ, and guards.
+    pub accelerations: &'a Program,
+    /// The energy function, then kinetic and potential energy, where there are such.
+    pub energies: Vec<&'a Program>,
+    /// Those that every model has, by name: without results where there is nothing to compute.
+    pub named: Vec<(PlainProgram, &'a Program)>,
+    /// δ and guards, with all constraints; `None` without constraints, and where it is too large.
+    pub correction: Option<&'a Program>,
+    /// Accelerations and corrections with released constraints, in the order of
+    /// [`ConstraintEquations::released`].
+    pub released: Vec<(&'a Program, &'a Program)>,
+}
+
+/// Programs that are printed as they are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlainProgram {
+    /// Conserved quantities.
+    Conserved,
+    /// Powers of the forces.
+    Powers,
+    /// Outputs.
+    Outputs,
+    /// Events.
+    Events,
+    /// Where accelerations are not smooth.
+    Kinks,
+    /// Φ.
+    Residual,
+    /// What velocities miss all rows by.
+    VelocityResidual,
+    /// M, Q, Φ_q and γ.
+    Terms,
+}
+
+impl PlainProgram {
+    /// Its name in C, and what it does.
+    fn texts(self) -> [&'static str; 2] {
+        match self {
+            Self::Conserved => ["conserved", "Conserved quantities."],
+            Self::Powers => ["powers", "Powers of the forces."],
+            Self::Outputs => ["outputs", "Outputs."],
+            Self::Events => ["events", "Events: values whose changes of sign matter."],
+            Self::Kinks => {
+                ["kinks", "Values at whose changes of sign, or of piece, accelerations are not smooth."]
+            }
+            Self::Residual => ["residual", "What holonomic constraints miss zero by."],
+            Self::VelocityResidual => {
+                ["velocity_residual", "What all constraints miss zero by in velocities."]
+            }
+            Self::Terms => {
+                let about = "M, Q, the Jacobian J and gamma, each by rows, one after the other: \
+                             M a = Q + J' l, J a = gamma.";
+                ["terms", about]
+            }
+        }
+    }
+}
+
 /// The programs of a model in C.
 #[must_use]
-pub fn c(compiled: &Compiled) -> InC {
-    let Compiled { model, equations, programs, .. } = compiled;
+pub fn c(model: &Model, equations: &Equations, programs: &ForC<'_>) -> InC {
     let name = prefix(&model.name);
-    let obstacles = obstacles(compiled);
+    let obstacles = obstacles(equations, programs);
     if !obstacles.is_empty() {
         return InC { name, obstacles, ..InC::default() };
     }
     let staged = staged(programs);
     let language = C { name: &name, functions: model.functions.iter().map(|f| f.name.as_str()).collect() };
-    let printer = Printer { language, compiled, constants: &staged.constants };
+    let printer = Printer { language, model, equations, programs, constants: &staged.constants };
     let mut declared = vec![printer.constants(&staged)];
     declared.extend(printer.solving());
     declared.extend(printer.plain());
     let texts: Vec<&str> = declared.iter().map(|function| function.text.as_str()).collect();
     let text = texts.join("\n");
     InC {
-        header: header::header(&name, compiled, equations, staged.constants.len(), &declared),
+        header: header::header(&name, &printer, &declared),
         support: format!("typedef {name}_real real;\n\n{}", support::support(&name, &text)),
         programs: text,
         constants: staged.constants.len(),
@@ -71,34 +129,32 @@ pub fn c(compiled: &Compiled) -> InC {
 }
 
 /// Why a model cannot be printed, in words.
-fn obstacles(compiled: &Compiled) -> Vec<String> {
-    let constraints = compiled.equations.constraints.as_ref();
-    let reason = constraints.and_then(|constraints| match &constraints.solution {
-        Solution::Unrolled(_) => None,
-        Solution::General(reason) => Some(match reason {
-            General::Redundant => "its constraints repeat one another; remove the rows that do".to_owned(),
-            General::Friction => {
-                "its forces depend on the reactions of the same instant; let them depend on \
-                                  the state alone"
-                    .to_owned()
-            }
-            General::NoPivots => "no order of elimination suits all states; take other coordinates, in \
-                                  which fewer constraints are needed"
-                .to_owned(),
-            General::TooLarge(operations) => {
-                format!("they would take {operations} operations; divide the model into smaller ones")
-            }
-        }),
-    });
-    if let Some(reason) = reason {
-        return vec![format!("its accelerations are found by the general solver, which C lacks: {reason}")];
-    }
-    if compiled.programs.constraints.as_ref().is_some_and(|c| c.correction.is_none()) {
-        return vec![
-            "its corrections are too large for generated code; divide it into smaller models".to_owned(),
-        ];
-    }
-    Vec::new()
+fn obstacles(equations: &Equations, programs: &ForC<'_>) -> Vec<String> {
+    let Some(constraints) = &equations.constraints else { return Vec::new() };
+    let text = match &constraints.solution {
+        Solution::Unrolled(_) if programs.correction.is_some() => return Vec::new(),
+        Solution::Unrolled(_) => {
+            "its corrections are too large for generated code; divide it into smaller models".to_owned()
+        }
+        Solution::General(reason) => {
+            let reason = match reason {
+                General::Redundant => {
+                    "its constraints repeat one another; remove the rows that do".to_owned()
+                }
+                General::Friction => "its forces depend on the reactions of the same instant; let them \
+                                      depend on the state alone"
+                    .to_owned(),
+                General::NoPivots => "no order of elimination suits all states; take coordinates in which \
+                                      fewer constraints are needed"
+                    .to_owned(),
+                General::TooLarge(operations) => {
+                    format!("they would take {operations} operations; divide the model into smaller ones")
+                }
+            };
+            format!("its accelerations are found by the general solver, which C lacks: {reason}")
+        }
+    };
+    vec![text]
 }
 
 /// Names of headers of the standard library, and of the file with the example.
@@ -133,13 +189,12 @@ fn prefix(name: &str) -> String {
 }
 
 /// Everything that is computed from parameters alone, for all programs together.
-fn staged(programs: &Programs) -> Program {
+fn staged(programs: &ForC<'_>) -> Program {
     let mut all = programs.accelerations.clone();
     let mut known: BTreeSet<NodeId> = all.hoisted.iter().flat_map(defined).collect();
-    let constraints = programs.constraints.iter();
-    let released = constraints.clone().flat_map(|c| &c.released);
-    let released = released.flat_map(|r| [&r.accelerations, &r.correction]);
-    for program in constraints.flat_map(|c| &c.correction).chain(released) {
+    let released =
+        programs.released.iter().flat_map(|(accelerations, correction)| [accelerations, correction]);
+    for program in programs.correction.iter().chain(released) {
         for step in &program.hoisted {
             if defined(step).any(|id| !known.contains(&id)) {
                 known.extend(defined(step));
@@ -163,358 +218,6 @@ fn defined(step: &Step) -> impl Iterator<Item = NodeId> {
         Step::Smooth { orders } => orders.iter().flatten().copied().collect(),
     };
     all.into_iter()
-}
-
-/// A function of the text.
-struct Declared {
-    /// What it does, in words; empty for those that the header does not declare.
-    about: String,
-    /// Its head as the header has it.
-    declaration: String,
-    text: String,
-}
-
-/// What the last results of a program decide.
-#[derive(Clone, Copy)]
-enum Check<'a> {
-    /// Nothing: the function returns nothing.
-    Nothing,
-    /// Pivots of M and diagonal elements; perhaps none.
-    Pivots,
-    /// Pivots and scales of guards.
-    Guards(&'a [Guard]),
-}
-
-/// A function that is to be printed.
-struct Request<'a> {
-    about: &'a str,
-    name: &'a str,
-    /// Its arguments beside p, t, q, u, w, m.
-    given: &'a [&'a str],
-    /// The arrays of results, with how many they take; the rest is for the check.
-    into: &'a [(&'a str, usize)],
-    check: Check<'a>,
-    /// Whether the file alone sees it.
-    local: bool,
-}
-
-struct Printer<'a> {
-    language: C<'a>,
-    compiled: &'a Compiled,
-    constants: &'a [NodeId],
-}
-
-impl Printer<'_> {
-    fn rows(&self) -> usize {
-        self.compiled.equations.constraints.as_ref().map_or(0, |c| c.rows.len())
-    }
-
-    fn switched(&self) -> usize {
-        self.compiled.model.constraints.iter().filter(|c| c.switched).count()
-    }
-
-    /// `NAME_constants`.
-    fn constants(&self, staged: &Program) -> Declared {
-        let name = self.language.name;
-        let model = &self.compiled.model;
-        let hoisted = Program {
-            body: staged.hoisted.clone(),
-            hoisted: Vec::new(),
-            constants: Vec::new(),
-            results: staged.constants.clone(),
-            ..staged.clone()
-        };
-        let (lines, results) = lines_from(&self.language, model, &hoisted, STYLE, &[]);
-        let head = |real: &str| {
-            let arguments = [format!("const {real} *restrict p"), format!("{real} *restrict k")];
-            wrapped(&format!("void {name}_constants("), arguments)
-        };
-        let mut body: String = lines.iter().map(|line| format!("  {}\n", line.text)).collect();
-        body.extend(results.iter().enumerate().map(|(i, value)| format!("  k[{i}] = {};\n", value.text)));
-        let text = format!("{}\n{{\n{}{body}}}\n", head("real"), unused(&["p", "k"], &body));
-        let about = "Computes the constants k from the parameters p: once, and after each change of them.";
-        let declaration = head(&format!("{name}_real"));
-        Declared { about: about.to_owned(), declaration, text }
-    }
-
-    /// `NAME_accelerations` and `NAME_correction`.
-    fn solving(&self) -> Vec<Declared> {
-        let Compiled { model, equations, programs, .. } = self.compiled;
-        let (n, r) = (model.coordinates.len(), self.rows());
-        let Some((constraints, of)) = equations.constraints.as_ref().zip(programs.constraints.as_ref())
-        else {
-            let request = Request {
-                about: "Accelerations a at a state.",
-                name: "accelerations",
-                given: &["k"],
-                into: &[("a", n)],
-                check: Check::Pivots,
-                local: false,
-            };
-            return vec![self.function(&programs.accelerations, &request)];
-        };
-        let Solution::Unrolled(whole) = &constraints.solution else { return Vec::new() };
-        let mut paths: Vec<(&[usize], &Unrolled, &Program, Option<&Program>)> =
-            vec![(&[], whole, &programs.accelerations, of.correction.as_ref())];
-        paths.extend(constraints.released.iter().zip(&of.released).map(|(set, programs)| {
-            (set.modes.as_slice(), &set.unrolled, &programs.accelerations, Some(&programs.correction))
-        }));
-        let switched = self.switched() > 0;
-        let accelerations = Request {
-            about: "Accelerations a and multipliers l (reactions) at a state.",
-            name: "accelerations",
-            given: &["k"],
-            into: &[("a", n), ("l", r)],
-            check: Check::Nothing,
-            local: switched,
-        };
-        let correction = Request {
-            about: "The smallest step out, by inertia, by which the rows of the constraints change by l: for \
-                    positions and velocities that drift.",
-            name: "correction",
-            given: &["k", "l"],
-            into: &[("out", n)],
-            check: Check::Nothing,
-            local: switched,
-        };
-        let mut all = Vec::new();
-        for request in [&accelerations, &correction] {
-            let is_correction = request.name == "correction";
-            for (i, (_, unrolled, program, corrected)) in paths.iter().enumerate() {
-                let own = if switched { format!("{}_{i}", request.name) } else { request.name.to_owned() };
-                let (program, guards) = match (is_correction, corrected) {
-                    (true, Some(program)) => (*program, &unrolled.correction_guards),
-                    _ => (*program, &unrolled.guards),
-                };
-                let request = Request { name: &own, check: Check::Guards(guards), ..*request };
-                all.push(self.function(program, &request));
-            }
-            if switched {
-                let modes: Vec<&[usize]> = paths.iter().map(|path| path.0).collect();
-                all.push(self.choice(request, &modes));
-            }
-        }
-        all
-    }
-
-    /// The function that calls one of several by the modes of switched constraints.
-    fn choice(&self, request: &Request<'_>, sets: &[&[usize]]) -> Declared {
-        let name = self.language.name;
-        let request = Request { local: false, check: Check::Pivots, ..*request };
-        let head = self.head(&request, "real");
-        let upper = name.to_uppercase();
-        let arguments = self.arguments(&request).join(", ");
-        let mut body = format!("  int status = {upper}_RELEASED;\n");
-        for (i, modes) in sets.iter().enumerate() {
-            let tests = (0..self.switched()).map(|mode| {
-                let sign = if modes.contains(&mode) { "!=" } else { "==" };
-                format!("m[{mode}] {sign} 0.0@")
-            });
-            let tests: Vec<String> = tests.collect();
-            let start = if i == 0 { "  if" } else { " else if" };
-            let call = format!("{name}_{}_{i}({arguments})", request.name);
-            body.push_str(&format!("{start} ({}) {{\n    status = {call};\n  }}", tests.join(" && ")));
-        }
-        let text = format!("{head}\n{{\n{body}\n  return status;\n}}\n");
-        let declaration = self.head(&request, &format!("{name}_real"));
-        Declared { about: request.about.to_owned(), declaration, text }
-    }
-
-    /// Everything else that shows what a model does.
-    fn plain(&self) -> Vec<Declared> {
-        let Compiled { model, programs, equations, .. } = self.compiled;
-        let count = |program: &Program| program.results.len();
-        let solution: &[&str] = if self.rows() > 0 { &["a", "l"] } else { &[] };
-        let energies: Vec<NodeId> = [Some(&programs.energy_function)]
-            .into_iter()
-            .chain([programs.kinetic_energy.as_ref(), programs.potential_energy.as_ref()])
-            .flatten()
-            .flat_map(|program| program.results.iter().copied())
-            .collect();
-        let about = match energies.len() {
-            1 => "The energy function.",
-            _ => "The energy function, the kinetic and the potential energy.",
-        };
-        let energies = schedule(&model.graph, "energies", &energies, Staging::Inline);
-        let named = equations.outputs.len();
-        let events = equations.events.len();
-        let mut list: Vec<(&str, &str, &Program, &[&str], usize, Check<'_>)> = vec![
-            ("energies", about, &energies, &[], count(&energies), Check::Nothing),
-            (
-                "conserved",
-                "Conserved quantities.",
-                &programs.conserved,
-                &[],
-                count(&programs.conserved),
-                Check::Nothing,
-            ),
-            (
-                "powers",
-                "Powers of the forces.",
-                &programs.powers,
-                solution,
-                count(&programs.powers),
-                Check::Nothing,
-            ),
-            ("outputs", "Outputs.", &programs.outputs, solution, named, Check::Pivots),
-            (
-                "events",
-                "Events: values whose changes of sign matter.",
-                &programs.events,
-                solution,
-                events,
-                Check::Pivots,
-            ),
-            (
-                "kinks",
-                "Values at whose changes of sign, or of piece, accelerations are not smooth.",
-                &programs.kinks.program,
-                &[],
-                count(&programs.kinks.program),
-                Check::Nothing,
-            ),
-        ];
-        if let Some(of) = &programs.constraints {
-            let rows: [(&str, &str, &Program); 3] = [
-                ("residual", "What holonomic constraints miss zero by.", &of.residual),
-                (
-                    "velocity_residual",
-                    "What all constraints miss zero by in velocities.",
-                    &of.velocity_residual,
-                ),
-                (
-                    "terms",
-                    "M, Q, the Jacobian and gamma, each by rows one after the other: M a = Q + J' l, J a = gamma.",
-                    &of.terms,
-                ),
-            ];
-            list.extend(rows.map(|(name, about, program)| {
-                let none: &[&str] = &[];
-                (name, about, program, none, program.results.len(), Check::Nothing)
-            }));
-        }
-        let kept = list.into_iter().filter(|(_, _, program, ..)| !program.results.is_empty());
-        kept.map(|(name, about, program, given, count, check)| {
-            let into: &[(&str, usize)] = &[("out", count)];
-            self.function(program, &Request { about, name, given, into, check, local: false })
-        })
-        .collect()
-    }
-
-    /// The names of a function's arguments, in order.
-    fn arguments<'b>(&self, request: &Request<'b>) -> Vec<&'b str> {
-        let model = &self.compiled.model;
-        let into = || request.into.iter().map(|(name, _)| *name);
-        let known = |name: &str| match name {
-            "p" | "t" | "q" | "u" => true,
-            "w" => !model.inputs.is_empty(),
-            "m" => self.switched() > 0,
-            name => request.given.contains(&name) || into().any(|other| other == name),
-        };
-        ["p", "k", "t", "q", "u", "w", "m", "a", "l", "out"].into_iter().filter(|name| known(name)).collect()
-    }
-
-    /// The head of a function whose numbers have this type: `real` in the source, `NAME_real` in the header.
-    fn head(&self, request: &Request<'_>, real: &str) -> String {
-        let arguments = self.arguments(request).into_iter().map(|argument| {
-            let is_result = request.into.iter().any(|(other, _)| *other == argument);
-            match argument {
-                "t" => format!("{real} t"),
-                _ if is_result => format!("{real} *restrict {argument}"),
-                _ => format!("const {real} *restrict {argument}"),
-            }
-        });
-        let result = if matches!(request.check, Check::Nothing) { "void" } else { "int" };
-        let local = if request.local { "static " } else { "" };
-        wrapped(&format!("{local}{result} {}_{}(", self.language.name, request.name), arguments)
-    }
-
-    fn function(&self, program: &Program, request: &Request<'_>) -> Declared {
-        let model = &self.compiled.model;
-        let body = Program { hoisted: Vec::new(), constants: Vec::new(), ..program.clone() };
-        let named = |(i, id): (usize, &NodeId)| (*id, Text::atom(format!("k[{i}]")));
-        let given: Vec<(NodeId, Text)> = self.constants.iter().enumerate().map(named).collect();
-        let is_staged = !program.constants.is_empty() || !program.hoisted.is_empty();
-        let given = if is_staged { given } else { Vec::new() };
-        let (lines, results) = lines_from(&self.language, model, &body, STYLE, &given);
-        let mut text: String = lines.iter().map(|line| format!("  {}\n", line.text)).collect();
-        let mut rest = results.iter();
-        for (into, count) in request.into {
-            for (i, value) in rest.by_ref().take(*count).enumerate() {
-                text.push_str(&format!("  {into}[{i}] = {};\n", value.text));
-            }
-        }
-        text.push_str(&self.check(rest.as_slice(), request.check));
-        let head = self.head(request, "real");
-        let text = format!("{head}\n{{\n{}{text}}}\n", unused(&self.arguments(request), &text));
-        let about = if request.local { String::new() } else { request.about.to_owned() };
-        let declaration = self.head(request, &format!("{}_real", self.language.name));
-        Declared { about, declaration, text }
-    }
-
-    /// The return of a status, from pairs of pivots and what they are compared with.
-    fn check(&self, values: &[Text], check: Check<'_>) -> String {
-        let graph = &self.compiled.model.graph;
-        let (name, upper) = (self.language.name, self.language.name.to_uppercase());
-        let is_number = |id: NodeId| graph.as_number(id).is_some();
-        let tolerated = |tolerance: f64| format!("{}*{name}_margin", self.language.suffixed(tolerance));
-        // A Lagrangian may be indefinite, a kinetic energy may not.
-        let positive = self.compiled.equations.energies.is_some();
-        let pairs = values.chunks(2).enumerate();
-        let mut text = String::new();
-        let mut tests = Vec::new();
-        for (i, pair) in pairs {
-            let (skipped, tolerance) = match check {
-                Check::Guards(guards) => (is_number(guards[i].pivot), guards[i].tolerance),
-                _ => (is_number(self.compiled.equations.pivots[i].pivot), PIVOT_TOLERANCE),
-            };
-            if skipped {
-                continue;
-            }
-            text.push_str(&format!("  const real d{i} = {};\n", pair[0].text));
-            let bound = format!("{}*fabs@({})", tolerated(tolerance), pair[1].text);
-            tests.push(match check {
-                Check::Guards(_) => format!("fabs@(d{i}) > {bound}"),
-                _ if positive => format!("!(d{i} <= {bound})"),
-                _ => format!("!(fabs@(d{i}) <= {bound})"),
-            });
-        }
-        let failed = if matches!(check, Check::Guards(_)) { "GUARDED" } else { "SINGULAR" };
-        match (check, tests.is_empty()) {
-            (Check::Nothing, _) => text,
-            (_, true) => format!("{text}  return {upper}_OK;\n"),
-            _ => {
-                let tests = tests.join("\n    && ");
-                format!("{text}  return ({tests})\n    ? {upper}_OK : {upper}_{failed};\n")
-            }
-        }
-    }
-}
-
-/// The head of a function, in lines of at most so many letters.
-fn wrapped(start: &str, arguments: impl IntoIterator<Item = String>) -> String {
-    const WIDTH: usize = 96;
-    let mut head = start.to_owned();
-    let mut column = head.len();
-    for (i, argument) in arguments.into_iter().enumerate() {
-        if i > 0 {
-            head.push(',');
-            let broken = column + argument.len() > WIDTH;
-            head.push_str(if broken { "\n  " } else { " " });
-            column = if broken { 2 } else { column + 2 };
-        }
-        column += argument.len();
-        head.push_str(&argument);
-    }
-    head.push(')');
-    head
-}
-
-/// Statements that use the arguments that a body does not.
-fn unused(arguments: &[&str], body: &str) -> String {
-    let words: BTreeSet<&str> = body.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').collect();
-    let unused = arguments.iter().filter(|name| !words.contains(*name));
-    unused.map(|name| format!("  (void)({name});\n")).collect()
 }
 
 /// The language.
@@ -595,7 +298,7 @@ impl Target for C<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::{prefix, wrapped};
+    use super::prefix;
 
     #[test]
     fn names_are_those_of_c() {
@@ -612,12 +315,5 @@ mod tests {
         ] {
             assert_eq!(prefix(name), expected);
         }
-    }
-
-    #[test]
-    fn heads_have_short_lines() {
-        let head = wrapped("int f(", (0..40).map(|i| format!("const double *restrict a{i}")));
-        assert!(head.lines().all(|line| line.len() <= 98), "{head}");
-        assert_eq!(head.matches(',').count(), 39);
     }
 }

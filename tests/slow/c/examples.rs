@@ -13,9 +13,11 @@ use crate::random_states::{Visit, every_model};
 /// Step and duration of all examples: sums of them are exact.
 const STEP: f64 = 1.0 / 1024.0;
 const DURATION: f64 = 1.0;
-/// Largest difference at the end, as part of the largest number, where Rust takes other steps: at kinks, and
-/// with constraints.
+/// Largest difference at the end, as part of the largest number, where Rust takes other steps because of
+/// constraints.
 const NEAR: f64 = 1e-5;
+/// The same where steps of the example go over kinks, at which Rust ends its steps.
+const NEAR_WITH_KINKS: f64 = 1e-3;
 
 /// The last line that the example prints.
 fn end(folder: &Path) -> Vec<f64> {
@@ -62,7 +64,8 @@ impl Visit for Examples {
             assert_eq!(rust, end, "{}", M::NAME);
             self.with_bits += 1;
         }
-        assert!(off(&end) <= NEAR, "{}: {rust:?} in Rust, {end:?} in C", M::NAME);
+        let near = if M::KINKS > 0 { NEAR_WITH_KINKS } else { NEAR };
+        assert!(off(&end) <= near, "{}: {rust:?} in Rust, {end:?} in C", M::NAME);
     }
 }
 

@@ -46,8 +46,7 @@ impl Emission<'_> {
             return TokenStream::new();
         }
         let (model, private, accurate) = (&self.surface.target, &self.private, self.surface.accurate);
-        let InC { name, header, support, programs, constants, obstacles } =
-            dynamics_symbolic::text::c(self.compiled);
+        let InC { name, header, support, programs, constants, obstacles } = self.compiled.in_c();
         quote! {
             #private::if_alloc! {
                 impl #private::PrintedInC for #model {

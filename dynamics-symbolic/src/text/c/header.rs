@@ -1,9 +1,9 @@
 //! The header: what the arrays hold, sizes, statuses, and the heads of the functions.
 
-use crate::compile::Compiled;
-use crate::mechanics::{Equations, Named};
+use crate::mechanics::{Equations, Model, Named};
 
-use super::Declared;
+use super::PlainProgram;
+use super::printer::{Declared, Printer};
 
 /// A hash of a text by Fowler, Noll and Vo (FNV-1a, 64 bits): the same on all machines.
 fn hash(text: &str) -> u64 {
@@ -13,36 +13,30 @@ fn hash(text: &str) -> u64 {
 }
 
 /// The header of a model.
-pub(super) fn header(
-    name: &str,
-    compiled: &Compiled,
-    equations: &Equations,
-    constants: usize,
-    declared: &[Declared],
-) -> String {
-    let model = &compiled.model;
+pub(super) fn header(name: &str, printer: &Printer<'_>, declared: &[Declared]) -> String {
+    let Printer { model, equations, programs, .. } = printer;
     let upper = name.to_uppercase();
     let rows = equations.constraints.as_ref().map_or(0, |c| c.rows.len());
     let holonomic = equations.constraints.as_ref().map_or(0, |c| c.residual.len());
     let switched = model.constraints.iter().filter(|c| c.switched).count();
-    let count = |program: &crate::schedule::Program| program.results.len();
-    let energies = 1
-        + usize::from(compiled.programs.kinetic_energy.is_some())
-        + usize::from(compiled.programs.potential_energy.is_some());
+    let count = |which: PlainProgram| {
+        let found = programs.named.iter().find(|(other, _)| *other == which);
+        found.map_or(0, |(_, program)| program.results.len())
+    };
     let sizes = [
         ("PARAMETERS", model.parameters.len()),
-        ("CONSTANTS", constants),
+        ("CONSTANTS", printer.constants.len()),
         ("COORDINATES", model.coordinates.len()),
         ("INPUTS", model.inputs.len()),
         ("SWITCHED", switched),
         ("ROWS", rows),
         ("HOLONOMIC", holonomic),
-        ("ENERGIES", energies),
-        ("CONSERVED", count(&compiled.programs.conserved)),
-        ("POWERS", count(&compiled.programs.powers)),
+        ("ENERGIES", programs.energies.len()),
+        ("CONSERVED", count(PlainProgram::Conserved)),
+        ("POWERS", count(PlainProgram::Powers)),
         ("OUTPUTS", equations.outputs.len()),
         ("EVENTS", equations.events.len()),
-        ("KINKS", count(&compiled.programs.kinks.program)),
+        ("KINKS", count(PlainProgram::Kinks)),
     ];
     let sizes: String = sizes.map(|(what, size)| format!("#define {upper}_{what} {size}\n")).concat();
     let heads: String = declared
@@ -50,7 +44,7 @@ pub(super) fn header(
         .filter(|function| !function.about.is_empty())
         .map(|function| format!("{}{};\n\n", comment(&function.about), function.declaration))
         .collect();
-    let version = hash(&compiled.listing);
+    let version = hash(programs.listing);
     format!(
         "/* The equations of motion of {title}, as the macro `dynamics` derived them.\n\
          \x20* Functions allocate nothing, keep nothing and can be called from several threads.\n *\n\
@@ -70,7 +64,7 @@ pub(super) fn header(
          typedef double {name}_real;\n\n\
          {heads}#endif\n",
         title = safe(&model.name),
-        arrays = arrays(compiled, equations, switched),
+        arrays = arrays(model, equations, switched),
     )
 }
 
@@ -98,8 +92,7 @@ fn comment(text: &str) -> String {
 }
 
 /// What stands where in the arrays.
-fn arrays(compiled: &Compiled, equations: &Equations, switched: usize) -> String {
-    let model = &compiled.model;
+fn arrays(model: &Model, equations: &Equations, switched: usize) -> String {
     let mut out = String::new();
     let mut list = |array: &str, entries: Vec<(String, &str)>| {
         for (i, (name, unit)) in entries.into_iter().enumerate() {

@@ -2,7 +2,7 @@
 //! `dynamics-simd/src/lanes/sines.rs` without fused products: every operation is written in the order of the
 //! Rust code, because another order rounds differently.
 
-/// Names that programs call, what these need besides, and the text, where `$` stands for the model's prefix and
+/// Names that programs call, what these need besides, and the text. There `$` stands for the model's prefix,
 /// `%%` for it in capitals.
 const FUNCTIONS: &[(&str, &[&str], &str)] = &[
     ("sin_cos", &[], include_str!("sin_cos.c")),
@@ -39,9 +39,9 @@ const FUNCTIONS: &[(&str, &[&str], &str)] = &[
     ),
 ];
 
-/// In floats a pivot that vanishes is larger by as much as their last place is.
-const MARGIN: &str = "/* What bounds of pivots are multiplied by: the last place of floats is larger by 2^29. */\n\
-                      #define $_margin ((real)((sizeof(real) < 8) ? 536870912.0 : 1.0))\n";
+/// Bounds of pivots that stand for rounding are larger in floats, as their last place is, by 2²⁹.
+const BOUND: &str = "/* A bound of pivots: in floats at least 1e-13*2^29, as their last place is larger. */\n\
+                     #define $_bound(x) (((sizeof(real) < 8) && ((x) < 5.4e-5@)) ? 5.4e-5@ : (x))\n";
 
 /// What the functions of a text call.
 pub(super) fn support(name: &str, text: &str) -> String {
@@ -53,8 +53,8 @@ pub(super) fn support(name: &str, text: &str) -> String {
             wanted.extend(*needs);
         }
     }
-    let margin = text.contains(&format!("{name}_margin")).then_some(MARGIN);
+    let bound = called("bound", text).then_some(BOUND);
     let functions = FUNCTIONS.iter().filter(|(function, ..)| wanted.contains(function));
-    let all = margin.into_iter().chain(functions.map(|(_, _, text)| *text));
+    let all = bound.into_iter().chain(functions.map(|(_, _, text)| *text));
     all.map(|text| format!("{}\n", text.replace("%%", &name.to_uppercase()).replace('$', name))).collect()
 }
