@@ -1,5 +1,5 @@
-//! Accelerations of models in C beside those in Rust, at the same states, in turn; and how long `cc -O2` takes
-//! for the text.
+//! Accelerations of models in C beside those in Rust, at the same states, in turn; and how long `cc -O2`
+//! takes for the text.
 //!
 //! `cargo bench -p dynamics-benches --bench in_c`. Both evaluate states one after the other, none of which
 //! depends on the results of another. The program in C is a process of its own, which times itself. With
@@ -85,8 +85,10 @@ fn timer<M: SimulationModel + PrintedInC>() -> String {
     let multipliers = if r > 0 { ", l" } else { "" };
     format!(
         "#include \"{name}.h\"\n#include <stdio.h>\n#include <time.h>\n\
-         static double p[{p}], k[{constants}], q[{count}][{n}], u[{count}][{n}], a[{count}][{n}], l[{r} + 1];\n\
-         int main(void)\n{{\n  double passes = 0.0;\n  long pass;\n  int i, ok, status = 0;\n  clock_t start;\n\
+         static double p[{p}], k[{constants}], q[{count}][{n}], u[{count}][{n}];\n\
+         static double a[{count}][{n}], l[{r} + 1];\n\
+         int main(void)\n{{\n  double passes = 0.0;\n  long pass;\n  int i, ok, status = 0;\n\
+         \x20 clock_t start;\n\
          \x20 ok = fread(&passes, sizeof passes, 1, stdin) == 1 && fread(p, sizeof p, 1, stdin) == 1\n\
          \x20   && fread(q, sizeof q, 1, stdin) == 1 && fread(u, sizeof u, 1, stdin) == 1;\n\
          \x20 {name}_constants(p, k);\n  l[0] = 0.0;\n  start = clock();\n\

@@ -1,6 +1,7 @@
 //! A double pendulum as a program in C, for a controller, beside the same pendulum in Rust.
 //!
-//!     r₁ = l₁ (sin θ₁, −cos θ₁),   r₂ = r₁ + l₂ (sin θ₂, −cos θ₂),   L = ½ m₁ |ṙ₁|² + ½ m₂ |ṙ₂|² − V
+//!     r₁ = l₁ (sin θ₁, −cos θ₁),   r₂ = r₁ + l₂ (sin θ₂, −cos θ₂)
+//!     L = ½ m₁ |ṙ₁|² + ½ m₂ |ṙ₂|² − g (m₁ y₁ + m₂ y₂)
 //!
 //! The pendulum is chaotic: small differences double in less than a second, and one in the last bit would be
 //! one of radians before a minute has passed. With the library's sines the program in C has the bits of Rust:

@@ -39,7 +39,7 @@ pub enum ExportError {
         reason: &'static str,
     },
     /// No simulation begins with the example's start.
-    #[error("the example cannot begin at {start}: {source}{}", if *.is_given { "" } else { "; give `.start(..)`" })]
+    #[error("the example cannot begin at {start}: {source}{}", remedy(.is_given))]
     Start {
         /// Which, in words.
         start: &'static str,
@@ -77,6 +77,10 @@ pub enum ExportError {
     /// A file could not be written.
     #[error(transparent)]
     File(#[from] FileError),
+}
+
+fn remedy(is_given: &bool) -> &'static str {
+    if *is_given { "" } else { "; give `.start(..)`" }
 }
 
 /// Its sentence: that is what `main` and `unwrap` print.

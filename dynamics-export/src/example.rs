@@ -1,5 +1,5 @@
-//! `main.c`: the classical Runge–Kutta method with a fixed step, and projections where there are constraints;
-//! and the `Makefile`.
+//! `main.c`: the classical Runge–Kutta method with a fixed step, and projections where there are
+//! constraints; and the `Makefile`.
 
 use dynamics_runtime::model::{ModelState, PrintedInC, SimulationModel, Vector};
 
@@ -81,8 +81,8 @@ pub(crate) fn main<M: SimulationModel + PrintedInC>(export: &CExport<'_, M>, pla
 /// The `Makefile`.
 pub(crate) fn makefile(name: &str) -> String {
     format!(
-        "# Builds and runs the example. Without -ffp-contract=off products and sums may be fused, which rounds\n\
-         # differently than the library.\n\
+        "# Builds and runs the example. Without -ffp-contract=off products and sums may be fused,\n\
+         # which rounds differently than the library.\n\
          CFLAGS = -std=c99 -O2 -ffp-contract=off -Wall -Wextra -Wpedantic -Werror\n\n\
          example: main.c {name}.c {name}.h\n\
          \t$(CC) $(CFLAGS) -o example main.c {name}.c -lm\n\n\

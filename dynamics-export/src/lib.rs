@@ -1,8 +1,8 @@
 //! Models in other languages: C99 for controllers and other programs.
 //!
 //! The macro prints a model's programs in C where `#[model(targets(c))]` stands on the struct
-//! ([`PrintedInC`](dynamics_runtime::model::PrintedInC)). This crate makes files of them: the smooth functions
-//! of the model as tables, an example with its parameters and a start, and a `Makefile`.
+//! ([`PrintedInC`](dynamics_runtime::model::PrintedInC)). This crate makes files of them: the smooth
+//! functions of the model as tables, an example with its parameters and a start, and a `Makefile`.
 //!
 //! | file | what it does |
 //! |---|---|

@@ -29,8 +29,8 @@ static int derivative(const $_real *k, $_real t, const phase *y, phase *slope)
 }
 
 /* y + h (weighted sum of slopes). */
-static void advance(const phase *y, $_real h, const $_real *weights, const phase *slopes, int count,
-  phase *end)
+static void advance(const phase *y, $_real h, const $_real *weights, const phase *slopes,
+  int count, phase *end)
 {
   int i;
   int j;

@@ -74,7 +74,8 @@ fn driver<M: SimulationModel + PrintedInC>() -> String {
          \x20 return ok;\n}}\n\
          static void give(const real *from, int count)\n{{\n  int i;\n\
          \x20 for (i = 0; i < count; i++) {{\n    const double x = (double)from[i];\n\
-         \x20   (void)fwrite(&x, sizeof x, 1, stdout);\n  }}\n}}\nint main(void)\n{{\n  int ok = 1;\n  real t[1];\n"
+         \x20   (void)fwrite(&x, sizeof x, 1, stdout);\n  }}\n}}\n\
+         int main(void)\n{{\n  int ok = 1;\n  real t[1];\n"
     );
     for (array, count) in arrays {
         text.push_str(&format!("  real {array}[{}] = {{ 0 }};\n", count.max(1)));
