@@ -53,7 +53,7 @@ pub struct ForC<'a> {
     /// δ and guards, with all constraints; `None` without constraints, and where it is too large.
     pub correction: Option<&'a Program>,
     /// Accelerations and corrections with released constraints, in the order of
-    /// [`ConstraintEquations::released`].
+    /// [`ConstraintEquations::released`](crate::mechanics::ConstraintEquations::released).
     pub released: Vec<(&'a Program, &'a Program)>,
 }
 
@@ -198,7 +198,7 @@ fn staged(programs: &ForC<'_>) -> Program {
         for step in &program.hoisted {
             if defined(step).any(|id| !known.contains(&id)) {
                 known.extend(defined(step));
-                all.hoisted.push(step.clone());
+                all.hoisted.push(*step);
             }
         }
         for id in &program.constants {
