@@ -47,7 +47,7 @@ else
 fi
 if ! $quick; then
     # The root re-exports the others, and links to their pages.
-    crates=(dynamics dynamics-{analysis,families,live,macros,runtime,view,vocabulary})
+    crates=(dynamics dynamics-{analysis,export,families,live,macros,runtime,view,vocabulary})
     cargo doc --no-deps "${crates[@]/#/--package=}"
     cp -r "$target/doc" "$site/api"
     api='<li><a href="api/dynamics/index.html">The library</a>: every type and function.</li>'

@@ -59,6 +59,9 @@
 #[cfg(feature = "analysis")]
 #[doc(inline)]
 pub use dynamics_analysis as analysis;
+#[cfg(feature = "export")]
+#[doc(inline)]
+pub use dynamics_export as export;
 #[cfg(feature = "families")]
 #[doc(inline)]
 pub use dynamics_families as families;
@@ -118,6 +121,8 @@ pub mod prelude {
     // Methods of models, states, jets and numbers.
     #[cfg(feature = "analysis")]
     pub use dynamics_analysis::{Analyze as _, Vary as _};
+    #[cfg(feature = "export")]
+    pub use dynamics_export::ExportC as _;
     #[cfg(feature = "families")]
     pub use dynamics_families::model::{FamilyModel as _, FamilyState as _};
     #[cfg(feature = "families")]
@@ -170,7 +175,7 @@ pub mod __private {
         StateJacobian, Terms, UnitDimension, Vector, WideOf,
     };
     #[cfg(feature = "alloc")]
-    pub use dynamics_runtime::model::{Draw, Portable};
+    pub use dynamics_runtime::model::{Draw, Portable, PrintedInC, ProgramsInC};
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::{Drawing, Places, Point};
     pub use dynamics_runtime::reaction::{Reaction, Reactions, type_of};

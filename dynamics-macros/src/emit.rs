@@ -34,6 +34,8 @@ use proc_macro2::{Delimiter, Group, Span, TokenStream, TokenTree};
 use quote::{format_ident, quote};
 use syn::{Ident, Path, Visibility};
 
+use crate::syntax::Targets;
+
 /// What the user's struct looks like from outside: all that the types with its names need.
 #[derive(Clone)]
 pub(crate) struct Surface {
@@ -49,6 +51,8 @@ pub(crate) struct Surface {
     pub(crate) krate: Path,
     /// Whether sines and cosines are the platform's.
     pub(crate) accurate: bool,
+    /// The languages in which programs are printed besides.
+    pub(crate) targets: Targets,
     /// Generalized coordinates as declared.
     pub(crate) coordinates: Vec<Slot>,
     /// Generalized speeds as declared.

@@ -370,6 +370,7 @@ fn surface(declaration: &Declaration, implementation: Option<&Implementation>, v
         vis: declaration.visibility.clone(),
         krate: declaration.crate_path.clone().unwrap_or_else(|| syn::parse_quote!(::dynamics)),
         accurate: declaration.accurate,
+        targets: declaration.targets,
         coordinates: declaration.coordinates.iter().map(slot).collect(),
         speeds: declaration.speeds.iter().map(slot).collect(),
         inputs: declaration.inputs.iter().map(slot).collect(),

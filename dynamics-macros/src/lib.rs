@@ -29,6 +29,7 @@ use proc_macro::TokenStream;
 /// | `#[nominal(length = 1.0)]` | parameter values for the compile-time checks alone |
 /// | `#[model(crate = path)]` | the crate `dynamics` has another name in this program |
 /// | `#[model(sin_cos = accurate)]` | the sines and cosines of the standard library |
+/// | `#[model(targets(c))]` | the programs are printed in C99, too, for `model.write_c(folder)` |
 ///
 /// ```
 /// # use dynamics::prelude::*;

@@ -66,8 +66,10 @@ catalogue! {
     entry_twice(attribute, name) "`{attribute}` names `{name}` twice; keep one entry";
     nominal_of_function(name, what) "`{name}` is {what}, which has no nominal value; leave it out";
     nominal_shape(name, form) "the nominal value of `{name}` has another shape than the field; write {form}";
-    model_argument() "`model` takes `crate` and `sin_cos`, each once; write `#[model(crate = \
-        path::to::dynamics)]` or `#[model(sin_cos = accurate)]`";
+    model_argument() "`model` takes `crate`, `sin_cos` and `targets`, each once; write `#[model(crate = \
+        path::to::dynamics)]`, `#[model(sin_cos = accurate)]` or `#[model(targets(c))]`";
+    unknown_target(name, known) "`{name}` is no target; there is {known}";
+    target_of_families() "a model with families has loops, which are not printed in C; leave the target out";
     keyword_as_name(name, what) "`{name}` is a keyword of Rust; choose another name for the {what}";
     reserved_name(name, what) "`{name}` cannot be {what}: the state has something of that name already; \
         choose another name";

@@ -10,7 +10,9 @@ mod structs;
 
 pub(crate) use attributes::ATTRIBUTES;
 pub(crate) use conditions::conditions;
-pub(crate) use declaration::{Declaration, FamilyLength, FieldKind, MOST_OFFSET, Quantity, Shape, UnitText};
+pub(crate) use declaration::{
+    Declaration, FamilyLength, FieldKind, MOST_OFFSET, Quantity, Shape, Targets, UnitText,
+};
 pub(crate) use impls::{Function, Implementation, path as path_text};
 pub(crate) use limits::check_nesting;
 pub(crate) use roles::{ConstraintOptions, Role};

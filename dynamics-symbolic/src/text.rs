@@ -5,6 +5,7 @@
 //! compiler needs them; `formula` writes single values readably. `source` writes programs as functions of a
 //! language that computes.
 
+mod c;
 mod equations;
 mod expand;
 mod formula;
@@ -20,6 +21,7 @@ mod series;
 mod source;
 mod target;
 
+pub use c::{ForC, InC, PlainProgram, c};
 pub use equations::{EquationTexts, equations, quotient, statements};
 pub use formula::Formulas;
 pub use javascript::{Portability, Portable, javascript, picture_entry};

@@ -39,6 +39,8 @@ pub struct Families;
 pub struct Waves;
 #[doc = page!("../../docs/guide/live-pages.md")]
 pub struct LivePages;
+#[doc = page!("../../docs/guide/c.md")]
+pub struct C;
 #[doc = page!("../../docs/reference/language.md")]
 pub struct Language;
 

@@ -6,6 +6,7 @@ use dynamics::prelude::*;
 
 /// A motor at O turns K₁; four loops of rods move the point D against a spring. Names as in the Test Set.
 #[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
 #[coordinates(beta: rad, theta: rad, gamma: rad, phi: rad, delta: rad, omega: rad, epsilon: rad)]
 #[units(
     m: kg, i: kg * m^2, a: m, b: m, c: m, d: m, da: m, e: m, ea: m, rr: m, ra: m, ss: m, sa: m, sb: m,

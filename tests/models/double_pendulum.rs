@@ -4,6 +4,7 @@ use dynamics::prelude::*;
 
 /// Two bobs on massless rods.
 #[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
 #[coordinates(theta1: rad, theta2: rad)]
 #[units(m1: kg, m2: kg, l1: m, l2: m, g: m / s^2)]
 pub(crate) struct DoublePendulum {

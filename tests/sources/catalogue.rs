@@ -46,6 +46,7 @@ const RUSTC: &[(&str, usize, &str)] = &[
         "the attribute calls a macro of the struct's name, which the derive would have left there",
     ),
     ("no_impl", 1, "a trait that only the impl block implements; the message has the remedy"),
+    ("no_target", 1, "a trait that only models with the target implement; the message has the remedy"),
     ("private_model", 1, "the struct is private where it is imported, and so is the macro beside it"),
     ("type_of_the_library", 1, "a trait that only the library's type fulfils; the message has the remedy"),
     (

@@ -11,8 +11,18 @@ const MAPS: &[&str] = &["ARCHITECTURE.md", "CONTRIBUTING.md", "tests/README.md"]
 const GALLERY: &str = "../gallery/";
 
 /// Short forms of ARCHITECTURE.md: `runtime/` stands for `dynamics-runtime/src/`.
-const CRATES: &[&str] =
-    &["simd", "symbolic", "vocabulary", "macros", "view", "runtime", "analysis", "families", "live"];
+const CRATES: &[&str] = &[
+    "simd",
+    "symbolic",
+    "vocabulary",
+    "macros",
+    "view",
+    "runtime",
+    "analysis",
+    "families",
+    "live",
+    "export",
+];
 
 fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))

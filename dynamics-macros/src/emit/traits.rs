@@ -36,7 +36,7 @@ pub(crate) fn traits(surface: &Surface, compiled: &Compiled) -> TokenStream {
     let (linearize, powers) = (emission.linearize(), emission.powers());
     let (outputs, events) = (emission.outputs(), emission.events());
     let (constraints, parameters) = (emission.constraints(), emission.parameters());
-    let portable = emission.portable();
+    let (portable, printed_in_c) = (emission.portable(), emission.printed_in_c());
     let (draw, only_one, quiet) = (identity::draw(surface), only_one(surface), quiet());
     let impls = quote! {
         #only_one
@@ -53,6 +53,7 @@ pub(crate) fn traits(surface: &Surface, compiled: &Compiled) -> TokenStream {
             #events
             #draw
             #portable
+            #printed_in_c
         };
     };
     at_block(surface, impls)

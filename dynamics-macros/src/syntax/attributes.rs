@@ -8,7 +8,7 @@ use syn::punctuated::Punctuated;
 use syn::{Attribute, Expr, Ident, Lit, Meta, Path, Token, UnOp};
 
 use super::declaration::{
-    Declaration, FamilyLength, Field, FieldKind, MAX_LENGTH, Nominal, Quantity, Shape, UnitText,
+    Declaration, FamilyLength, Field, FieldKind, MAX_LENGTH, Nominal, Quantity, Shape, Targets, UnitText,
     family_length, length, type_text,
 };
 use crate::diagnostics::{Diagnostics, Place};
@@ -21,6 +21,8 @@ pub(super) struct Attributes {
     pub(super) crate_path: Option<Path>,
     /// `sin_cos = accurate`.
     pub(super) accurate: bool,
+    /// `targets(c)`.
+    pub(super) targets: Targets,
     pub(super) coordinates: Vec<Quantity>,
     pub(super) speeds: Vec<Quantity>,
     pub(super) inputs: Vec<Quantity>,
@@ -277,35 +279,68 @@ fn assignments(tokens: TokenStream, d: &mut Diagnostics) -> Vec<(Ident, Expr)> {
     }
 }
 
-/// Entries of `#[model(..)]`, each once: `crate = path`, `sin_cos = accurate` or `sin_cos = fast`.
-fn model(tokens: TokenStream, all: &mut Attributes, d: &mut Diagnostics) {
-    let (mut crate_path, mut accurate) = (None, None);
-    let mut entry = |input: ParseStream<'_>| -> syn::Result<()> {
-        let once = if input.peek(Token![crate]) {
+/// An entry of `#[model(..)]`.
+enum ModelEntry {
+    /// `crate = path`.
+    Crate(Path),
+    /// `sin_cos = accurate` or `sin_cos = fast`: whether the former.
+    Accurate(bool),
+    /// `targets(c)`.
+    Targets(Punctuated<Ident, Token![,]>),
+}
+
+impl Parse for ModelEntry {
+    fn parse(input: ParseStream<'_>) -> syn::Result<Self> {
+        if input.peek(Token![crate]) {
             input.parse::<Token![crate]>()?;
             input.parse::<Token![=]>()?;
-            crate_path.replace(input.call(Path::parse_mod_style)?).is_none()
-        } else {
-            let name: Ident = input.parse()?;
-            input.parse::<Token![=]>()?;
-            let value: Ident = input.parse()?;
-            let known = name == "sin_cos" && (value == "accurate" || value == "fast");
-            known && accurate.replace(value == "accurate").is_none()
-        };
-        if once { Ok(()) } else { Err(input.error("an entry of its own")) }
-    };
-    let parser = |input: ParseStream<'_>| -> syn::Result<()> {
-        entry(input)?;
-        while input.parse::<Option<Token![,]>>()?.is_some() && !input.is_empty() {
-            entry(input)?;
+            return Ok(Self::Crate(input.call(Path::parse_mod_style)?));
         }
-        Ok(())
-    };
-    if parser.parse2(tokens.clone()).is_err() {
-        d.error(Place::of(tokens), &messages::model_argument());
+        let name: Ident = input.parse()?;
+        if name == "targets" {
+            let names;
+            syn::parenthesized!(names in input);
+            return Ok(Self::Targets(Punctuated::parse_terminated(&names)?));
+        }
+        input.parse::<Token![=]>()?;
+        let value: Ident = input.parse()?;
+        if name == "sin_cos" && (value == "accurate" || value == "fast") {
+            Ok(Self::Accurate(value == "accurate"))
+        } else {
+            Err(input.error("an unknown entry"))
+        }
     }
-    (all.crate_path, all.accurate) = (crate_path, accurate == Some(true));
 }
+
+/// Entries of `#[model(..)]`, each once.
+fn model(tokens: TokenStream, all: &mut Attributes, d: &mut Diagnostics) {
+    let parsed = Punctuated::<ModelEntry, Token![,]>::parse_terminated.parse2(tokens.clone());
+    let (mut crates, mut accurate, mut targets) = (Vec::new(), Vec::new(), Vec::new());
+    let is_read = parsed.is_ok();
+    for entry in parsed.into_iter().flatten() {
+        match entry {
+            ModelEntry::Crate(path) => crates.push(path),
+            ModelEntry::Accurate(is_accurate) => accurate.push(is_accurate),
+            ModelEntry::Targets(names) => targets.push(names),
+        }
+    }
+    if !is_read || crates.len() > 1 || accurate.len() > 1 || targets.len() > 1 {
+        d.error(Place::of(tokens), &messages::model_argument());
+        return;
+    }
+    all.crate_path = crates.pop();
+    all.accurate = accurate.pop() == Some(true);
+    for name in targets.into_iter().flatten() {
+        if name != "c" {
+            d.error(name.span(), &messages::unknown_target(&name, TARGETS));
+        } else if all.targets.c.replace(name.span()).is_some() {
+            d.error(name.span(), &messages::entry_twice("targets", &name));
+        }
+    }
+}
+
+/// All targets, as messages list them.
+const TARGETS: &str = "`c`";
 
 /// Finds the field that an attribute's entry names.
 fn field<'a>(

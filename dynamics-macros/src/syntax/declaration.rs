@@ -7,6 +7,13 @@ use syn::{Expr, Ident, ItemStruct, Lit, Path, Type, Visibility};
 use crate::diagnostics::{Diagnostics, Place};
 use crate::messages;
 
+/// Languages in which programs are printed on request.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Targets {
+    /// C99: where it was asked for.
+    pub(crate) c: Option<Span>,
+}
+
 /// A model's struct, as declared.
 #[derive(Clone, Debug)]
 pub(crate) struct Declaration {
@@ -20,6 +27,8 @@ pub(crate) struct Declaration {
     pub(crate) crate_path: Option<Path>,
     /// `#[model(sin_cos = accurate)]`: sines and cosines are the platform's.
     pub(crate) accurate: bool,
+    /// `#[model(targets(c))]`: the languages in which programs are printed besides.
+    pub(crate) targets: Targets,
     /// Generalized coordinates in the order of q.
     pub(crate) coordinates: Vec<Quantity>,
     /// Generalized speeds in order.

@@ -26,6 +26,7 @@ pub(crate) fn declaration(item: ItemStruct, d: &mut Diagnostics) -> Declaration 
         visibility: item.vis.clone(),
         crate_path: attributes.crate_path,
         accurate: attributes.accurate,
+        targets: attributes.targets,
         coordinates: attributes.coordinates,
         speeds: attributes.speeds,
         inputs: attributes.inputs,
@@ -34,6 +35,9 @@ pub(crate) fn declaration(item: ItemStruct, d: &mut Diagnostics) -> Declaration 
         item,
     };
     attributes::check_names(&mut declaration, d);
+    if let Some(span) = declaration.targets.c.filter(|_| declaration.has_families()) {
+        d.error(span, &messages::target_of_families());
+    }
     declaration
 }
 

@@ -34,3 +34,39 @@ pub trait Portable: Dynamics {
         self.smooth_functions().into_iter().map(SmoothFunction::pieces).collect()
     }
 }
+
+/// A model whose programs are printed in C99, too.
+///
+/// `#[dynamics]` implements it where `#[model(targets(c))]` stands on the struct: the text costs compile
+/// time. A program that does not use it does not contain it.
+#[diagnostic::on_unimplemented(
+    message = "the programs of `{Self}` are not printed in C",
+    label = "this model has no programs in C",
+    note = "write `#[model(targets(c))]` on the struct, beside `#[derive(Dynamics)]`"
+)]
+pub trait PrintedInC: Portable {
+    /// The texts.
+    const C: ProgramsInC;
+}
+
+/// Programs of a model as functions of C99.
+///
+/// The texts are templates: `@` stands for the suffix of numbers and of functions of `<math.h>`, which is
+/// empty for doubles and `f` for floats. `dynamics::export` makes files of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ProgramsInC {
+    /// What all names begin with: the struct's name in small letters.
+    pub name: &'static str,
+    /// The header.
+    pub header: &'static str,
+    /// Functions that the programs call, but for smooth functions.
+    pub support: &'static str,
+    /// The functions that the header declares.
+    pub programs: &'static str,
+    /// Length of the array of constants.
+    pub constants: usize,
+    /// Whether sines and cosines in Rust are those of the platform, by `#[model(sin_cos = accurate)]`.
+    pub accurate: bool,
+    /// What stands against it, in words; then the texts are empty.
+    pub obstacles: &'static [&'static str],
+}

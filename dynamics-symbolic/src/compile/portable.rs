@@ -1,8 +1,8 @@
 //! Which programs other languages get, and under which names.
 
-use super::{ConstraintPrograms, Programs};
+use super::{Compiled, ConstraintPrograms, Programs};
 use crate::schedule::Program;
-use crate::text::Portable;
+use crate::text::{self, ForC, InC, PlainProgram, Portable};
 
 /// All that move a model and show what it does; derivatives of the equations are not among them.
 pub(super) fn portable(programs: &Programs) -> Portable<'_> {
@@ -37,4 +37,39 @@ fn of_constraints(programs: &ConstraintPrograms) -> Vec<(&'static str, &Program)
     named.extend(programs.friction.iter().map(|p| ("friction", p)));
     named.extend(programs.correction.iter().map(|p| ("correction", p)));
     named
+}
+
+impl Compiled {
+    /// The programs in C99. They are printed on request, because few models need them.
+    #[must_use]
+    pub fn in_c(&self) -> InC {
+        let Programs { accelerations, energy_function, constraints, .. } = &self.programs;
+        let programs = &self.programs;
+        let mut named = vec![
+            (PlainProgram::Conserved, &programs.conserved),
+            (PlainProgram::Powers, &programs.powers),
+            (PlainProgram::Outputs, &programs.outputs),
+            (PlainProgram::Events, &programs.events),
+            (PlainProgram::Kinks, &programs.kinks.program),
+        ];
+        named.extend(constraints.iter().flat_map(|of| {
+            [
+                (PlainProgram::Residual, &of.residual),
+                (PlainProgram::VelocityResidual, &of.velocity_residual),
+                (PlainProgram::Terms, &of.terms),
+            ]
+        }));
+        let energies =
+            [Some(energy_function), programs.kinetic_energy.as_ref(), programs.potential_energy.as_ref()];
+        let released = constraints.iter().flat_map(|of| &of.released);
+        let printed = ForC {
+            listing: &self.listing,
+            accelerations,
+            energies: energies.into_iter().flatten().collect(),
+            named,
+            correction: constraints.as_ref().and_then(|of| of.correction.as_ref()),
+            released: released.map(|of| (&of.accelerations, &of.correction)).collect(),
+        };
+        text::c(&self.model, &self.equations, &printed)
+    }
 }

@@ -56,6 +56,7 @@ mod shadowed {
     use ::dynamics::model::Coordinates;
 
     #[derive(::dynamics::Dynamics)]
+    #[model(targets(c))]
     #[coordinates(x)]
     struct Oscillator {
         m: ::core::primitive::f64,

@@ -6,10 +6,8 @@ use dynamics::live::OpenLive;
 use dynamics::model::{Energies, ModelState, Terms, Vector};
 use dynamics::smooth::Pieces;
 
-use crate::engine::{Engine, Numbers};
-
-/// States of each model.
-const STATES: usize = 1000;
+use crate::engine::Engine;
+use crate::random_states::random_states;
 
 /// What a Rust program returns at a state.
 #[derive(Clone)]
@@ -114,15 +112,6 @@ pub(crate) fn alone<M: OpenLive>(_: &M, _: &M::State) -> Vec<Returned> {
     Vec::new()
 }
 
-fn random_state<M: OpenLive>(numbers: &mut Numbers) -> M::State {
-    let (mut q, mut u) = (M::Vector::zeros(), M::Vector::zeros());
-    q.as_mut_slice().iter_mut().for_each(|x| *x = numbers.between(-3.0, 3.0));
-    u.as_mut_slice().iter_mut().for_each(|x| *x = numbers.between(-5.0, 5.0));
-    let mut inputs = M::Inputs::zeros();
-    inputs.as_mut_slice().iter_mut().for_each(|x| *x = numbers.between(-2.0, 2.0));
-    M::State::new(numbers.between(0.0, 10.0), q, u, inputs)
-}
-
 /// The smooth functions of a model, as pages have them.
 fn functions<M: OpenLive>(model: &M) -> String {
     let pieces = model.pieces().into_iter().map(|pieces| {
@@ -136,12 +125,10 @@ fn functions<M: OpenLive>(model: &M) -> String {
 /// Compares all programs of a model at random states; the number of comparisons.
 pub(crate) fn compare<M: OpenLive>(model: &M, besides: fn(&M, &M::State) -> Vec<Returned>) -> usize {
     let parameters: Vec<f64> = (0..M::PARAMETERS.len()).map(|i| model.parameter(i).unwrap()).collect();
-    let mut numbers = Numbers::new(M::NAME);
     // Random states fulfil no constraints: no page would begin there.
     let engine = Engine::with_data::<M>(&functions(model));
     let mut calls: BTreeMap<&str, (Vec<[Vec<f64>; 7]>, Vec<Vec<f64>>)> = BTreeMap::new();
-    for _ in 0..STATES {
-        let s = random_state::<M>(&mut numbers);
+    for s in random_states::<M>() {
         let modes: Vec<f64> = (0..M::CONSTRAINTS.len()).map(|i| s.active_set().side(i)).collect();
         let [q, u, w] = [s.q().as_slice(), s.u().as_slice(), s.inputs().as_slice()].map(<[f64]>::to_vec);
         for Returned { name, given: [a, l], values } in [expected(model, &s), besides(model, &s)].concat() {

@@ -8,7 +8,8 @@ use dynamics::families::portable::PortableFamily;
 use dynamics::live::{LiveError, OpenFamilyLive};
 use dynamics::prelude::*;
 
-use crate::engine::{Engine, Numbers};
+use crate::engine::Engine;
+use crate::random_states::Numbers;
 
 /// A bar of masses, held at one end and pulled at the other.
 #[derive(Clone, Debug, Dynamics)]

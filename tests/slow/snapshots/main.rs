@@ -12,6 +12,7 @@ mod models;
 mod physics;
 
 use compare::snapshot;
+use dynamics::model::{PrintedInC as _, ProgramsInC};
 use dynamics::prelude::*;
 use dynamics::simulate::PivotBreakdown;
 use models::*;
@@ -42,6 +43,13 @@ fn double_pendulum() {
     let a1 = (-1.3 * sin * (w1 * cos + w2) - 2.4 * g1 + 1.3 * cos * g2) / d;
     let a2 = (sin * (2.4 * w1 + 1.3 * w2 * cos) + 2.4 * (g1 * cos - g2)) / (0.8 * d);
     balanced(&model, &s, &[a1, a2]);
+}
+
+/// The text in C, as a template. `tests/slow/c/` compiles and runs the texts of all models.
+#[test]
+fn double_pendulum_in_c() {
+    let ProgramsInC { header, support, programs, .. } = DoublePendulum::C;
+    snapshot("double_pendulum_in_c", &[header, support, programs].concat());
 }
 
 #[test]

@@ -10,6 +10,7 @@ macro_rules! pendulum {
     ($name:ident) => {
         /// One degree of freedom, with dissipation.
         #[derive(Clone, Debug, Dynamics)]
+        #[model(targets(c))]
         #[coordinates(theta: rad)]
         #[units(m: kg, l: m, g: m / s^2, c: N * m * s)]
         pub(crate) struct $name {
@@ -44,6 +45,7 @@ pendulum!(Twin);
 
 /// An input.
 #[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
 #[coordinates(x: m, theta: rad)]
 #[inputs(push: N)]
 #[units(cart: kg, bob: kg, l: m, g: m / s^2)]
@@ -75,6 +77,7 @@ impl CartPole {
 
 /// Three dimensions, an ignorable angle, a diagonal mass matrix.
 #[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
 #[coordinates(theta: rad, phi: rad)]
 pub(crate) struct SphericalPendulum {
     pub(crate) m: f64,
@@ -100,6 +103,7 @@ impl SphericalPendulum {
 
 /// Arrays and loops.
 #[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
 #[coordinates(x: m, theta: [rad; 4])]
 #[units(cart: kg, mass: kg, length: m, g: m / s^2)]
 pub(crate) struct Chain {
@@ -141,6 +145,7 @@ impl Chain {
 
 /// A smooth function.
 #[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
 #[coordinates(x: m)]
 pub(crate) struct Bead {
     pub(crate) m: f64,
@@ -165,6 +170,7 @@ impl Bead {
 
 /// Explicit time.
 #[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
 #[coordinates(theta: rad)]
 #[units(m: kg, l: m, g: m / s^2, amplitude: m, omega: rad / s)]
 pub(crate) struct DrivenPivot {
@@ -192,6 +198,7 @@ impl DrivenPivot {
 
 /// A constant mass matrix with a decoupled part.
 #[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
 #[coordinates(x, gap, y)]
 pub(crate) struct Masses {
     pub(crate) m: [f64; 3],
@@ -218,6 +225,7 @@ impl Masses {
 
 /// Branches.
 #[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
 #[coordinates(x: m)]
 #[units(m: kg, k: N / m, c: N * s / m, gap: m)]
 pub(crate) struct Contact {
@@ -246,6 +254,7 @@ impl Contact {
 
 /// A Lagrangian that is not T − V.
 #[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
 #[coordinates(x: m, y: m, z: m)]
 #[units(mass: kg, charge: C, magnetic: T, electric: V / m)]
 pub(crate) struct Particle {
@@ -269,6 +278,7 @@ impl Particle {
 
 /// Rotations and a tensor; body-frame angular velocities are no time derivatives.
 #[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
 #[coordinates(yaw: rad, tilt: rad, spin: rad)]
 pub(crate) struct RigidBody {
     pub(crate) inertia: Mat3<f64>,
@@ -291,6 +301,7 @@ impl RigidBody {
 
 /// A force that is no potential, an output and an event.
 #[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
 #[coordinates(x: m, y: m)]
 #[units(mass: kg, k: kg / m, g: m / s^2)]
 pub(crate) struct Ball {
@@ -329,6 +340,7 @@ impl Ball {
 
 /// A conserved momentum that depends on a coordinate.
 #[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
 #[coordinates(r: m, phi: rad)]
 #[units(m: kg, hub: kg * m^2)]
 pub(crate) struct Tube {
@@ -347,6 +359,7 @@ impl Tube {
 
 /// A pendulum in Cartesian coordinates: the rod is a constraint.
 #[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
 #[coordinates(x: m, y: m)]
 #[units(m: kg, l: m, g: m / s^2)]
 pub(crate) struct CartesianPendulum {
@@ -377,6 +390,7 @@ impl CartesianPendulum {
 
 /// A slider-crank of uniform rods, one loop closed by a vector.
 #[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
 #[coordinates(crank: rad, rod: rad, slide: m)]
 #[units(m: kg, r: m, l: m, g: m / s^2)]
 #[nominal(m = [1.0, 2.0, 3.0], r = 0.5, l = 1.5)]
@@ -416,6 +430,7 @@ impl SliderCrank {
 
 /// A sleigh on a knife edge, its centre of mass ahead of the edge.
 #[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
 #[coordinates(x: m, y: m, heading: rad)]
 #[units(m: kg, inertia: kg * m^2, ahead: m)]
 pub(crate) struct Sleigh {
@@ -442,6 +457,7 @@ impl Sleigh {
 
 /// A block that slides on an incline or sticks to it.
 #[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
 #[coordinates(x: m, y: m)]
 #[units(m: kg, g: m / s^2)]
 pub(crate) struct Block {

@@ -1,5 +1,6 @@
-//! `impl Portable`: the programs in other languages.
+//! `impl Portable` and `impl PrintedInC`: the programs in other languages.
 
+use dynamics_symbolic::text::InC;
 use proc_macro2::TokenStream;
 use quote::quote;
 
@@ -34,6 +35,30 @@ impl Emission<'_> {
                         let #all: [&dyn #private::SmoothFunction; #count] = [#(&self.#functions),*];
                         #private::Vec::from(#all)
                     }
+                }
+            }
+        }
+    }
+
+    /// `impl PrintedInC`, where it was asked for.
+    pub(super) fn printed_in_c(&self) -> TokenStream {
+        if self.surface.targets.c.is_none() {
+            return TokenStream::new();
+        }
+        let (model, private, accurate) = (&self.surface.target, &self.private, self.surface.accurate);
+        let InC { name, header, support, programs, constants, obstacles } = self.compiled.in_c();
+        quote! {
+            #private::if_alloc! {
+                impl #private::PrintedInC for #model {
+                    const C: #private::ProgramsInC = #private::ProgramsInC {
+                        name: #name,
+                        header: #header,
+                        support: #support,
+                        programs: #programs,
+                        constants: #constants,
+                        accurate: #accurate,
+                        obstacles: &[#(#obstacles),*],
+                    };
                 }
             }
         }
