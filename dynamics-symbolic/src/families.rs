@@ -7,7 +7,8 @@
 //!
 //! Flow: `model`, `slopes` ← `rows`, `index_free`, `springs` ← `derive` ← `shift` ← `dispersion` ← `text`;
 //! `derive` ← `gathering` ← `javascript`; `derive` ← `verify`. `verify` compares the elements, put
-//! together, with the same model unrolled at small counts, which went through the whole pipeline of ordinary models.
+//! together, with the same model unrolled at small counts, which went through the whole pipeline of ordinary
+//! models.
 
 mod derive;
 mod dispersion;

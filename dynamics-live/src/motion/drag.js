@@ -142,9 +142,9 @@ function across(direction, values, stride = 1) {
 
 /**
  * Brings a point as near to a target as it gets, or to the line through the target along a direction of unit
- * length: what a place of a picture of space shows. It leaves the mechanism at rest there. Contacts open where
- * that brings it nearer, and close where the mechanism would sink into them. Returns the distance that is
- * left; the motion is as before where the constraints cannot be fulfilled.
+ * length: what a place of a picture of space shows. It leaves the mechanism at rest there. Contacts open
+ * where that brings it nearer, and close where the mechanism would sink into them. Returns the distance that
+ * is left; the motion is as before where the constraints cannot be fulfilled.
  */
 Motion.prototype.drag = function (point, target, along = null) {
   const { n, r, t, system } = this,

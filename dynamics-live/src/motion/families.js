@@ -596,8 +596,10 @@ function enclosed_square({ system: { p, f, w }, t, q, u, programs: { family: loo
 
 /**
  * The longest step of a method with fixed steps at the present state, by
- * ω² ≤ maxᵢ Σⱼ |kᵢⱼ| / (mᵢᵢ − Σⱼ |mᵢⱼ|) as in `dynamics-families/src/step_bound.rs`.
- * Infinite where there is no bound.
+ *
+ *     ω² ≤ maxᵢ Σⱼ |kᵢⱼ| / (mᵢᵢ − Σⱼ |mᵢⱼ|)
+ *
+ * as in `dynamics-families/src/step_bound.rs`. Infinite where there is no bound.
  */
 Motion.prototype.longest_step = function (method) {
   const border = STABILITY_BORDERS[method],

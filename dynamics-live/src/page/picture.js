@@ -319,8 +319,8 @@ class Picture {
     return this.space.unproject(at, near.map((value, axis) => value - this.middle[axis]))
       .map((value, axis) => value + this.middle[axis]);
   }
-  // Moves the handle so that it is seen as near to a point of the canvas as the model can have it; the text of
-  // a refusal, or null.
+  // Moves the handle so that it is seen as near to a point of the canvas as the model can have it; the text
+  // of a refusal, or null.
   pull(handle, x, y) {
     const { motion } = this.player, { view } = this.painter;
     const along = this.space?.along([(x - view.x) / view.scale, (view.y - y) / view.scale]);

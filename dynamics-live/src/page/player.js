@@ -42,7 +42,8 @@ function characteristicTime(motion, method, accuracy, milliseconds) {
     const moved = way[i] > Math.max(1e-6 * size(i), noise);
     moves ||= moved;
     // A coordinate that never turned back tells nothing of its range.
-    if (moved && way[i] > 1.2 * (hi[i] - lo[i])) least = Math.min(least, (hi[i] - lo[i]) * moving(i) / (0.9 * way[i]));
+    const range = hi[i] - lo[i];
+    if (moved && way[i] > 1.2 * range) least = Math.min(least, range * moving(i) / (0.9 * way[i]));
   }
   if (least < Infinity) return least;
   // What flies off goes ever faster through its steps; only many steps in a short time say that it is fast.

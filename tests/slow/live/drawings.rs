@@ -197,8 +197,9 @@ fn compare<M: OpenLive + Draw>(model: &M, start: State<M>) -> usize {
     let motion = model.simulate(start.clone()).tolerance(1e-8).until(2.0).run().unwrap();
     let engine = Engine::new(&model.live(start));
     engine.run::<()>(
-        "const p = Float64Array.from(MODEL.parameters, ({ value }) => value), f = MODEL.functions.map(piecewise);
-        const none = new Float64Array(0), k = new Float64Array(PROGRAMS.drawing.constants);
+        "const p = Float64Array.from(MODEL.parameters, ({ value }) => value);
+        const f = MODEL.functions.map(piecewise), none = new Float64Array(0);
+        const k = new Float64Array(PROGRAMS.drawing.constants);
         const drawn = new Float64Array(PROGRAMS.drawing.results); undefined",
     );
     let mut compared = 0;
@@ -209,7 +210,8 @@ fn compare<M: OpenLive + Draw>(model: &M, start: State<M>) -> usize {
         let found = engine.run::<Vec<Vec<f64>>>(&format!(
             "(() => {{
                 const of = (list) => Float64Array.from(list);
-                PROGRAMS.drawing.run(p, k, f, {:?}, of({q:?}), of({u:?}), none, none, of({a:?}), of({:?}), drawn);
+                const [q, u, a] = [{q:?}, {u:?}, {a:?}].map(of);
+                PROGRAMS.drawing.run(p, k, f, {:?}, q, u, none, none, a, of({:?}), drawn);
                 return PROGRAMS.figures.map(([, places]) => places.flatMap((place) =>
                     Array.isArray(place) ? Array.from(drawn.slice(place[0], place[0] + place[1])) : []));
             }})()",
