@@ -8,8 +8,9 @@
 //! after a minute both agree to the last digit. In floats the motion soon is another one.
 
 mod common;
+use std::error::Error;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
 
 use dynamics::output::{Axis, Chart, Panel};
 use dynamics::prelude::*;
@@ -45,17 +46,23 @@ impl DoublePendulum {
     }
 }
 
-/// Builds the program of a folder by its `Makefile` and runs it: the rows that it prints. `None` where there
-/// is no compiler.
-fn run(folder: &Path) -> Option<Vec<Vec<f64>>> {
-    let mut make = Command::new("make");
-    let built = make.arg("-s").current_dir(folder).stdout(Stdio::null()).status();
-    if !built.is_ok_and(|status| status.success()) {
-        return None;
-    }
-    let output = Command::new(folder.join("example")).output().ok()?;
-    let text = String::from_utf8(output.stdout).ok()?;
-    text.lines().map(|line| line.split(' ').map(|x| x.parse().ok()).collect()).collect()
+/// Whether a program answers.
+fn is_there(name: &str) -> bool {
+    let mut command = Command::new(name);
+    command.arg("--version").stdout(Stdio::null()).stderr(Stdio::null());
+    command.status().is_ok_and(|status| status.success())
+}
+
+/// Builds the program of a folder by its `Makefile` and runs it: the rows that it prints.
+fn run(folder: &Path) -> Result<Vec<Vec<f64>>, Box<dyn Error>> {
+    let done = |output: Output| match output.status.success() {
+        true => Ok(String::from_utf8_lossy(&output.stdout).into_owned()),
+        false => Err(String::from_utf8_lossy(&output.stderr).into_owned()),
+    };
+    done(Command::new("make").arg("-s").current_dir(folder).output()?)?;
+    let text = done(Command::new(folder.join("example")).output()?)?;
+    let row = |line: &str| line.split(' ').map(str::parse).collect::<Result<Vec<f64>, _>>();
+    Ok(text.lines().map(row).collect::<Result<_, _>>()?)
 }
 
 fn main() -> common::Outcome {
@@ -72,11 +79,14 @@ fn main() -> common::Outcome {
     let motion = model.simulate(start).until(end).method(methods::Rk4).fixed_step(step).run()?;
     let rust = motion.end();
     println!("Rust after {end} s:   {:?} rad", rust.q.as_slice());
-    let (Some(in_doubles), Some(in_floats)) = (run(&doubles), run(&floats)) else {
-        println!("there is no compiler of C here: the texts are written, and nothing is compared");
+    if !is_there("cc") || !is_there("make") {
+        println!(
+            "there is no compiler of C with `make` here: the texts are written, and nothing is compared"
+        );
         files.list();
         return Ok(());
-    };
+    }
+    let (in_doubles, in_floats) = (run(&doubles)?, run(&floats)?);
     let last = &in_doubles[in_doubles.len() - 1];
     println!("C after {end} s:      {:?} rad", &last[1..3]);
     if !dynamics::sin_cos::FUSED {

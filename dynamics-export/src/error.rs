@@ -1,5 +1,7 @@
 //! Why there is no text in C.
 
+use std::path::PathBuf;
+
 use dynamics_runtime::simulate::SimulationErrorKind;
 use dynamics_view::FileError;
 
@@ -25,7 +27,10 @@ pub enum ExportError {
         name: String,
     },
     /// The pieces of a smooth function are not those of a function, or of another one.
-    #[error("the pieces of the smooth function `{name}` {fault}")]
+    #[error(
+        "the pieces of the smooth function `{name}` {fault}; return the polynomials that its `derivatives` \
+         are made of from `SmoothFunction::pieces`, or take a `CubicSpline`"
+    )]
     Pieces {
         /// Its field.
         name: String,
@@ -47,6 +52,17 @@ pub enum ExportError {
         is_given: bool,
         /// Why, as a simulation says it.
         source: Box<SimulationErrorKind>,
+    },
+    /// The generated solution of the constraints does not apply at the example's start.
+    #[error(
+        "the equations in C have no solution at {start}, where Rust takes its general solver; {remedy}, or \
+         write it `.without_example()`"
+    )]
+    Unsolved {
+        /// Which, in words.
+        start: &'static str,
+        /// What helps.
+        remedy: &'static str,
     },
     /// An input of the start has no value.
     #[error("the input `{name}` is {value}; the example needs a number: set it in the start")]
@@ -73,6 +89,16 @@ pub enum ExportError {
         what: String,
         /// Its value.
         value: f64,
+    },
+    /// A file of the example's names is not one that was written here.
+    #[error(
+        "`{}` is a file of your own and would be replaced; take another folder, or write \
+         `.without_example()`",
+        .path.display()
+    )]
+    Foreign {
+        /// Which.
+        path: PathBuf,
     },
     /// A file could not be written.
     #[error(transparent)]

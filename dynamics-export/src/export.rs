@@ -12,7 +12,8 @@ use crate::{example, plan, source};
 /// Writes models in C.
 pub trait ExportC: SimulationModel {
     /// Writes the model as C99 to a folder, which is created: `name.h`, `name.c`, an example `main.c` that
-    /// moves it, and a `Makefile`. Files of these names are replaced. The name is that of the struct in small
+    /// moves it, and a `Makefile`. Files of these names are replaced, but for a `main.c` or a `Makefile`
+    /// of your own. The name is that of the struct in small
     /// letters.
     ///
     /// [`in_c`](Self::in_c) has options.
@@ -46,6 +47,7 @@ pub struct CExport<'a, M: SimulationModel + PrintedInC> {
     pub(crate) duration: f64,
     pub(crate) single: bool,
     pub(crate) library_sines: bool,
+    pub(crate) example: bool,
 }
 
 /// Step of the example, in the unit of time, where none is given.
@@ -53,10 +55,21 @@ const STEP: f64 = 1e-3;
 /// How long the example moves, where nothing else is said.
 const DURATION: f64 = 10.0;
 
+/// The files of the example.
+const MAIN: &str = "main.c";
+const MAKEFILE: &str = "Makefile";
+
+/// Whether a file of the example was written here, by its first line.
+fn is_ours(text: &[u8]) -> bool {
+    let first = text.split(|&byte| byte == b'\n').next().unwrap_or_default();
+    String::from_utf8_lossy(first).contains(example::OURS)
+}
+
 impl<'a, M: SimulationModel + PrintedInC> CExport<'a, M> {
     /// A model in doubles with the sines of `<math.h>`.
     pub fn new(model: &'a M) -> Self {
-        Self { model, start: None, step: STEP, duration: DURATION, single: false, library_sines: false }
+        let (step, duration) = (STEP, DURATION);
+        Self { model, start: None, step, duration, single: false, library_sines: false, example: true }
     }
 
     /// Where the example begins, with the values of inputs and the modes of switched constraints, which it
@@ -72,8 +85,7 @@ impl<'a, M: SimulationModel + PrintedInC> CExport<'a, M> {
         self
     }
 
-    /// For how long the example moves, by default 10. It makes whole steps, the last one at or beyond this
-    /// time.
+    /// For how long the example moves, by default 10. Its last step ends there and may be shorter.
     pub fn duration(mut self, duration: f64) -> Self {
         self.duration = duration;
         self
@@ -93,6 +105,13 @@ impl<'a, M: SimulationModel + PrintedInC> CExport<'a, M> {
         self
     }
 
+    /// Only `name.h` and `name.c` are made, no `main.c` and no `Makefile`. Start, step and duration are not
+    /// looked at.
+    pub fn without_example(mut self) -> Self {
+        self.example = false;
+        self
+    }
+
     /// The files by their names, as [`write`](Self::write) writes them.
     ///
     /// # Errors
@@ -100,18 +119,23 @@ impl<'a, M: SimulationModel + PrintedInC> CExport<'a, M> {
     pub fn files(&self) -> Result<Vec<(String, String)>, ExportError> {
         let plan = plan::plan(self)?;
         let name = M::C.name;
-        Ok(vec![
+        let mut files = vec![
             (format!("{name}.h"), source::header(self)),
             (format!("{name}.c"), source::source(self, &plan)),
-            ("main.c".to_owned(), example::main(self, &plan)),
-            ("Makefile".to_owned(), example::makefile(name)),
-        ])
+        ];
+        if let Some(plan) = &plan.example {
+            files.push((MAIN.to_owned(), example::main(self, plan)));
+            files.push((MAKEFILE.to_owned(), example::makefile(name)));
+        }
+        Ok(files)
     }
 
-    /// Writes all files to a folder, which is created. Files of these names are replaced.
+    /// Writes all files to a folder, which is created. Files of these names are replaced, but for a `main.c`
+    /// or a `Makefile` of your own.
     ///
     /// # Errors
-    /// What cannot be written in C, by name, before any file exists; a file that cannot be written.
+    /// What cannot be written in C, by name, and a `main.c` or `Makefile` that was not written here, before
+    /// any file is; a file that cannot be written.
     pub fn write(&self, folder: impl AsRef<Path>) -> Result<(), ExportError> {
         let folder = folder.as_ref();
         let files = self.files()?;
@@ -119,6 +143,12 @@ impl<'a, M: SimulationModel + PrintedInC> CExport<'a, M> {
             let path = path.to_path_buf();
             move |source| FileError { path, action, source }
         };
+        let names = files.iter().map(|(name, _)| name.as_str());
+        for path in names.filter(|name| [MAIN, MAKEFILE].contains(name)).map(|name| folder.join(name)) {
+            if fs::read(&path).is_ok_and(|text| !is_ours(&text)) {
+                return Err(ExportError::Foreign { path });
+            }
+        }
         fs::create_dir_all(folder).map_err(failed(folder, "create the folder"))?;
         for (name, text) in files {
             let path = folder.join(name);

@@ -67,6 +67,7 @@ impl Compiled {
             accelerations,
             energies: energies.into_iter().flatten().collect(),
             named,
+            kink_functions: &programs.kinks.functions,
             correction: constraints.as_ref().and_then(|of| of.correction.as_ref()),
             released: released.map(|of| (&of.accelerations, &of.correction)).collect(),
         };

@@ -2,7 +2,7 @@
 //!
 //! The functions allocate nothing, have no state and print nothing. Arguments are pointers to arrays: `p`
 //! parameters, `k` what was computed from them once, `t`, `q`, `u`, `w` inputs, `m` modes of switched
-//! constraints, `a` accelerations, `l` multipliers, `out` results. A function has those that its kind of
+//! constraints, `a` accelerations, `l` multipliers, `r` right-hand sides of rows, `out` results. A function has those that its kind of
 //! program can read; where the model has none, as inputs, all functions lack the argument.
 //!
 //! The texts are templates: `@` stands for the suffix of numbers and of functions of `<math.h>`, which is
@@ -14,7 +14,7 @@ mod support;
 
 use std::collections::BTreeSet;
 
-use crate::graph::{Binary, Comparison, NodeId, Number, Symbol, Unary};
+use crate::graph::{Binary, Comparison, FunctionId, NodeId, Number, Symbol, Unary};
 use crate::mechanics::{Equations, General, Model, Solution};
 use crate::schedule::{Program, Step};
 
@@ -50,6 +50,8 @@ pub struct ForC<'a> {
     pub energies: Vec<&'a Program>,
     /// Those that every model has, by name: without results where there is nothing to compute.
     pub named: Vec<(PlainProgram, &'a Program)>,
+    /// For each kink the function whose argument it is; `None` for what changes its sign.
+    pub kink_functions: &'a [Option<FunctionId>],
     /// δ and guards, with all constraints; `None` without constraints, and where it is too large.
     pub correction: Option<&'a Program>,
     /// Accelerations and corrections with released constraints, in the order of
@@ -89,9 +91,9 @@ impl PlainProgram {
             Self::Kinks => {
                 ["kinks", "Values at whose changes of sign, or of piece, accelerations are not smooth."]
             }
-            Self::Residual => ["residual", "What holonomic constraints miss zero by."],
+            Self::Residual => ["residual", "Phi of the holonomic rows: 0 on every motion."],
             Self::VelocityResidual => {
-                ["velocity_residual", "What all constraints miss zero by in velocities."]
+                ["velocity_residual", "Phi_q u + Phi_t, and A u + b: 0 on every motion."]
             }
             Self::Terms => {
                 let about = "M, Q, the Jacobian J and gamma, each by rows, one after the other: \
@@ -111,7 +113,8 @@ pub fn c(model: &Model, equations: &Equations, programs: &ForC<'_>) -> InC {
         return InC { name, obstacles, ..InC::default() };
     }
     let staged = staged(programs);
-    let language = C { name: &name, functions: model.functions.iter().map(|f| f.name.as_str()).collect() };
+    let functions = model.functions.iter().map(|f| f.name.as_str()).collect();
+    let language = C { name: &name, functions, right: false };
     let printer = Printer { language, model, equations, programs, constants: &staged.constants };
     let mut declared = vec![printer.constants(&staged)];
     declared.extend(printer.solving());
@@ -221,11 +224,14 @@ fn defined(step: &Step) -> impl Iterator<Item = NodeId> {
 }
 
 /// The language.
+#[derive(Clone)]
 struct C<'a> {
     /// What all names begin with.
     name: &'a str,
     /// Names of the smooth functions, in order.
     functions: Vec<&'a str>,
+    /// Whether the symbols of multipliers stand for right-hand sides of rows, as in corrections.
+    right: bool,
 }
 
 impl C<'_> {
@@ -239,7 +245,10 @@ impl C<'_> {
 
 impl Target for C<'_> {
     fn symbol(&self, _model: &Model, symbol: Symbol) -> Text {
-        Text::atom(element(symbol))
+        match symbol {
+            Symbol::Multiplier(i) if self.right => Text::atom(format!("r[{i}]")),
+            _ => Text::atom(element(symbol)),
+        }
     }
     fn smooth(&self, name: &str, order: u8, argument: &Text) -> Text {
         let index = self.functions.iter().position(|known| *known == name).unwrap_or(self.functions.len());

@@ -110,3 +110,96 @@ fn energies_are_three_numbers() {
         assert!(dynamics::sin_cos::FUSED || found[0][3..6] == expected, "{found:?} {expected:?}");
     }
 }
+
+/// Times are multiples of the step, as in Rust, and the last step ends at the duration.
+#[test]
+fn steps_of_a_thousandth_have_the_bits_of_rust() {
+    let model = crate::models::DoublePendulum { m1: 1.1, m2: 1.3, l1: 1.0, l2: 0.8, g: 9.81 };
+    let start = model.state().theta1(2.0).build().unwrap();
+    for compiler in compilers() {
+        for (i, duration) in [3.0, 1.0005].into_iter().enumerate() {
+            let simulation = model.simulate(start).until(duration);
+            let motion = simulation.method(methods::Rk4).fixed_step(0.001).run().unwrap();
+            let state = motion.end();
+            let rust = [&[state.t][..], state.q.as_slice(), state.u.as_slice()].concat();
+            let folder = folder(&format!("thousandths_{i}_{compiler}"));
+            let export = model.in_c().start(start).step(0.001).duration(duration);
+            export.library_sines().write(&folder).unwrap();
+            compile(&compiler, &folder, &[], &["main.c", "double_pendulum.c"], "example");
+            let end = end(&folder).unwrap();
+            assert_eq!(end[0], duration);
+            assert!(dynamics::sin_cos::FUSED || end == rust, "{end:?} in C, {rust:?} in Rust");
+        }
+    }
+}
+
+/// Long steps leave the constraints; the example says so.
+#[test]
+fn examples_off_the_constraints_say_so() {
+    let model = crate::models::CartesianPendulum { m: 0.7, l: 1.3, g: 9.81 };
+    let start = model.state().x(1.3).y(0.0).build().unwrap();
+    for compiler in compilers() {
+        let folder = folder(&format!("off_{compiler}"));
+        model.in_c().start(start).step(40.0).duration(400.0).write(&folder).unwrap();
+        compile(&compiler, &folder, &[], &["main.c", "cartesian_pendulum.c"], "example");
+        let output = Command::new(folder.join("example")).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(4), "{said}");
+        assert!(said.contains("off the constraints"), "{said}");
+    }
+}
+
+/// Programs in C++ include the header and call the functions.
+#[test]
+fn programs_in_cpp_include_the_header() {
+    let is_there = Command::new("g++").arg("--version").output().is_ok_and(|output| output.status.success());
+    if !is_there || compilers().is_empty() {
+        eprintln!("skipped: there is no g++, or no compiler of C");
+        return;
+    }
+    let model = crate::models::CartesianPendulum { m: 0.7, l: 1.3, g: 9.81 };
+    let folder = folder("cpp");
+    model.in_c().without_example().write(&folder).unwrap();
+    let text = "#include \"cartesian_pendulum.h\"\nint main() {\n  double p[3] = {0.7, 1.3, 9.81}, \
+                k[CARTESIAN_PENDULUM_CONSTANTS + 1], q[2] = {0.0, -1.3}, u[2] = {0.0, 0.0}, a[2], l[1];\n  \
+                cartesian_pendulum_constants(p, k);\n  \
+                return cartesian_pendulum_accelerations(p, k, 0.0, q, u, a, l);\n}\n";
+    std::fs::write(folder.join("main.cpp"), text).unwrap();
+    compile(&compilers()[0], &folder, &["-c"], &["cartesian_pendulum.c"], "model.o");
+    let mut command = Command::new("g++");
+    command.current_dir(&folder).args(["-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]);
+    let output = command.args(["main.cpp", "model.o", "-o", "program", "-lm"]).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(Command::new(folder.join("program")).status().unwrap().success());
+}
+
+/// The library's sines refuse arithmetic that changes their bits.
+#[test]
+fn sines_refuse_fast_mathematics() {
+    let model = crate::models::DoublePendulum { m1: 1.1, m2: 1.3, l1: 1.0, l2: 0.8, g: 9.81 };
+    for compiler in compilers() {
+        let folder = folder(&format!("fast_{compiler}"));
+        model.in_c().library_sines().write(&folder).unwrap();
+        let mut command = Command::new(&compiler);
+        command.current_dir(&folder).args(["-std=c99", "-ffast-math", "-c", "double_pendulum.c"]);
+        let output = command.output().unwrap();
+        assert!(!output.status.success() && String::from_utf8_lossy(&output.stderr).contains("doubles"));
+    }
+}
+
+/// Multipliers have the units of forces, as columns of motions have.
+#[test]
+fn headers_name_rows_and_what_functions_write() {
+    use crate::models::{CartesianPendulum, Sleigh};
+    let lines: Vec<&str> = CartesianPendulum::C.header.lines().collect();
+    for line in [
+        " *   l[0]  rod  [N/m]",
+        " *   r[0]  rod  [m^2]",
+        " * cartesian_pendulum_outputs writes",
+        " *   out[0]  tension  [N]",
+    ] {
+        assert!(lines.contains(&line), "{line} in {}", CartesianPendulum::C.header);
+    }
+    assert!(!CartesianPendulum::C.header.contains("_SINGULAR"));
+    assert!(Sleigh::C.header.contains(" *   l[0]  edge  [N]"), "{}", Sleigh::C.header);
+}

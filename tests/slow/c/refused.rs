@@ -6,7 +6,7 @@ use dynamics::model::{PrintedInC, SimulationModel};
 use dynamics::prelude::*;
 
 use crate::compiler::folder;
-use crate::models::{Block, CartPole, CartesianPendulum, DoublePendulum};
+use crate::models::{Block, CartPole, CartesianPendulum, DoublePendulum, Sleigh};
 
 /// A function of the user's own.
 #[derive(Clone, Debug)]
@@ -108,6 +108,50 @@ fn examples_that_cannot_begin_are_refused() {
     for (step, duration) in [(0.0, 1.0), (f64::NAN, 1.0), (0.1, -1.0), (1e-12, 1.0)] {
         let error = refused(cart.in_c().step(step).duration(duration));
         assert!(matches!(error, ExportError::Number { .. }), "{error}");
+    }
+}
+
+/// Where the edge lies along an axis, its constraint does not determine the velocity that is eliminated.
+#[test]
+fn starts_without_a_solution_in_c_are_refused() {
+    let sleigh = Sleigh { m: 1.3, inertia: 0.4, ahead: 0.2 };
+    let errors = [0.0, core::f64::consts::FRAC_PI_2].map(|heading| {
+        let start = sleigh.state().heading(heading).build().unwrap();
+        sleigh.in_c().start(start).files().err()
+    });
+    let error = errors.into_iter().flatten().next().expect("one of both axes");
+    assert!(matches!(error, ExportError::Unsolved { remedy: "begin elsewhere", .. }), "{error}");
+    assert!(error.to_string().contains("`.without_example()`"), "{error}");
+}
+
+#[test]
+fn numbers_that_no_float_holds_are_refused() {
+    let model = DoublePendulum { m1: 1.1, m2: 1.3, l1: 1.0, l2: 0.8, g: 9.81 };
+    let start = model.state().theta1_rate(1e-60).build().unwrap();
+    let error = refused(model.in_c().single_precision().start(start));
+    assert!(matches!(&error, ExportError::Float { what, .. } if what.contains("`theta1`")), "{error}");
+    assert!(
+        DoublePendulum { m1: 1e200, ..model }.in_c().single_precision().without_example().files().is_ok()
+    );
+}
+
+/// Without an example nothing of it is checked, and files of its names stay.
+#[test]
+fn files_of_the_users_own_stay() {
+    let cart = CartPole { cart: 2.0, bob: 0.6, l: 0.9, g: 9.81 };
+    let start = cart.state().push(0.0).build().unwrap();
+    for name in ["main.c", "Makefile"] {
+        let folder = folder(&format!("own_{name}"));
+        std::fs::write(folder.join(name), "mine\n").unwrap();
+        let error = cart.in_c().start(start).write(&folder).unwrap_err();
+        assert!(matches!(&error, ExportError::Foreign { path } if path.ends_with(name)), "{error}");
+        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
+        cart.in_c().step(-1.0).without_example().write(&folder).unwrap();
+        assert_eq!(std::fs::read_to_string(folder.join(name)).unwrap(), "mine\n");
+        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 3);
+        std::fs::remove_file(folder.join(name)).unwrap();
+        cart.in_c().start(start).write(&folder).unwrap();
+        cart.in_c().start(start).write(&folder).unwrap();
     }
 }
 

@@ -48,6 +48,21 @@ struct Request<'a> {
     local: bool,
 }
 
+/// Words of a head. Programs in C++ may include the header, which knows no `restrict`.
+struct Words {
+    real: String,
+    restrict: String,
+}
+
+impl Words {
+    fn of_source() -> Self {
+        Self { real: "real".to_owned(), restrict: "restrict".to_owned() }
+    }
+    fn of_header(name: &str) -> Self {
+        Self { real: format!("{name}_real"), restrict: format!("{}_RESTRICT", name.to_uppercase()) }
+    }
+}
+
 /// A solution on the graph.
 struct Path<'a> {
     /// The switched constraints that are released, by their modes.
@@ -87,15 +102,15 @@ impl Printer<'_> {
             ..staged.clone()
         };
         let (lines, results) = lines_from(&self.language, model, &hoisted, STYLE, &[]);
-        let head = |real: &str| {
-            let arguments = [format!("const {real} *restrict p"), format!("{real} *restrict k")];
+        let head = |Words { real, restrict }: Words| {
+            let arguments = [format!("const {real} *{restrict} p"), format!("{real} *{restrict} k")];
             wrapped(&format!("void {name}_constants("), arguments)
         };
         let mut body: String = lines.iter().map(|line| format!("  {}\n", line.text)).collect();
         body.extend(results.iter().enumerate().map(|(i, value)| format!("  k[{i}] = {};\n", value.text)));
-        let text = format!("{}\n{{\n{}{body}}}\n", head("real"), unused(&["p", "k"], &body));
+        let text = format!("{}\n{{\n{}{body}}}\n", head(Words::of_source()), unused(&["p", "k"], &body));
         let about = "Computes the constants k from the parameters p: once, and after each change of them.";
-        let declaration = head(&format!("{name}_real"));
+        let declaration = head(Words::of_header(name));
         Declared { about: about.to_owned(), declaration, text }
     }
 
@@ -124,10 +139,10 @@ impl Printer<'_> {
             local: switched,
         };
         let correction = Request {
-            about: "The smallest step out, by inertia, by which the rows of the constraints change by l: for \
-                    positions and velocities that drift.",
+            about: "out: the smallest change of q (or u) in the metric of M with J out = r, for positions \
+                    and velocities that drift.",
             name: "correction",
-            given: &["k", "l"],
+            given: &["k", "r"],
             into: &[("out", n)],
             check: Check::Nothing,
             local: switched,
@@ -175,7 +190,7 @@ impl Printer<'_> {
     fn choice(&self, request: &Request<'_>, sets: &[&[usize]]) -> Declared {
         let name = self.language.name;
         let request = Request { local: false, check: Check::Pivots, ..*request };
-        let head = self.head(&request, "real");
+        let head = self.head(&request, &Words::of_source());
         let upper = name.to_uppercase();
         let arguments = self.arguments(&request).join(", ");
         let mut body = format!("  int status = {upper}_RELEASED;\n");
@@ -190,7 +205,7 @@ impl Printer<'_> {
             body.push_str(&format!("{start} ({}) {{\n    status = {call};\n  }}", tests.join(" && ")));
         }
         let text = format!("{head}\n{{\n{body}\n  return status;\n}}\n");
-        let declaration = self.head(&request, &format!("{name}_real"));
+        let declaration = self.head(&request, &Words::of_header(name));
         Declared { about: request.about.to_owned(), declaration, text }
     }
 
@@ -233,17 +248,19 @@ impl Printer<'_> {
             "m" => self.switched() > 0,
             name => request.given.contains(&name) || into().any(|other| other == name),
         };
-        ["p", "k", "t", "q", "u", "w", "m", "a", "l", "out"].into_iter().filter(|name| known(name)).collect()
+        let all = ["p", "k", "t", "q", "u", "w", "m", "a", "l", "r", "out"];
+        all.into_iter().filter(|name| known(name)).collect()
     }
 
-    /// The head of a function whose numbers have this type: `real` in the source, `NAME_real` in the header.
-    fn head(&self, request: &Request<'_>, real: &str) -> String {
+    /// The head of a function, in the source or in the header.
+    fn head(&self, request: &Request<'_>, words: &Words) -> String {
+        let Words { real, restrict } = words;
         let arguments = self.arguments(request).into_iter().map(|argument| {
             let is_result = request.into.iter().any(|(other, _)| *other == argument);
             match argument {
                 "t" => format!("{real} t"),
-                _ if is_result => format!("{real} *restrict {argument}"),
-                _ => format!("const {real} *restrict {argument}"),
+                _ if is_result => format!("{real} *{restrict} {argument}"),
+                _ => format!("const {real} *{restrict} {argument}"),
             }
         });
         let result = if matches!(request.check, Check::Nothing) { "void" } else { "int" };
@@ -258,7 +275,8 @@ impl Printer<'_> {
         let given: Vec<(NodeId, Text)> = self.constants.iter().enumerate().map(named).collect();
         let is_staged = !program.constants.is_empty() || !program.hoisted.is_empty();
         let given = if is_staged { given } else { Vec::new() };
-        let (lines, results) = lines_from(&self.language, model, &body, STYLE, &given);
+        let language = C { right: request.given.contains(&"r"), ..self.language.clone() };
+        let (lines, results) = lines_from(&language, model, &body, STYLE, &given);
         let mut text: String = lines.iter().map(|line| format!("  {}\n", line.text)).collect();
         let mut rest = results.iter();
         for (into, count) in request.into {
@@ -267,10 +285,10 @@ impl Printer<'_> {
             }
         }
         text.push_str(&self.check(rest.as_slice(), request.check));
-        let head = self.head(request, "real");
+        let head = self.head(request, &Words::of_source());
         let text = format!("{head}\n{{\n{}{text}}}\n", unused(&self.arguments(request), &text));
         let about = if request.local { String::new() } else { request.about.to_owned() };
-        let declaration = self.head(request, &format!("{}_real", self.language.name));
+        let declaration = self.head(request, &Words::of_header(self.language.name));
         Declared { about, declaration, text }
     }
 

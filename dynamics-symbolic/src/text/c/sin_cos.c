@@ -1,6 +1,10 @@
 /* sin x; cos x goes to `cosine`. With %%_LIBRARY_SINES defined they have the bits of Rust, where
  * multiplications and additions are not fused (-ffp-contract=off) and doubles are computed as such. */
 #ifdef %%_LIBRARY_SINES
+#include <float.h>
+#if defined(__FAST_MATH__) || FLT_EVAL_METHOD != 0 || DBL_MANT_DIG != 53
+#error "these sines need doubles that are computed as such: compile without -ffast-math and -mfpmath=387"
+#endif
 static real $_sin_cos(real x, real *cosine)
 {
   real sine;
