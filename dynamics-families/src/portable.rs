@@ -19,7 +19,8 @@ pub trait PortableFamily: FamilyModel {
     const SYMBOLS: &'static [&'static str];
     /// What a page cannot do with the model, in words.
     const NOT_PORTABLE: &'static [&'static str];
-    /// The outputs that could be followed as expressions, which pages have.
+    /// The outputs that could be followed as expressions, which pages have: the names of their components,
+    /// as `tip.x`.
     const SHOWN: &'static [&'static str];
     /// Whether the picture shows anything of space.
     const SPATIAL: bool;

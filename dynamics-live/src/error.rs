@@ -65,6 +65,20 @@ pub enum LiveError {
         /// The method.
         method: String,
     },
+    /// A model with families has more unknowns than a page can keep.
+    #[cfg(feature = "families")]
+    #[error(
+        "`{model}` has {unknowns} unknowns, and a page holds at most {most}; take fewer nodes, or a page of \
+         the recorded motion, `motion.animate(..)`"
+    )]
+    Unknowns {
+        /// Its name.
+        model: &'static str,
+        /// How many there are.
+        unknowns: usize,
+        /// How many a page holds.
+        most: usize,
+    },
     /// An input of a start is infinite.
     #[error("the input `{name}` is {value}; a page needs a number")]
     Input {

@@ -264,7 +264,9 @@ fn not_shown(
 ) -> Vec<String> {
     let is_shown = |name: &syn::Ident| shown.iter().any(|(shown, _)| *name == shown.function);
     let outputs = outputs.iter().filter(|(name, ..)| !is_shown(name)).map(|(name, ..)| {
-        format!("the output `{name}` is no expression of one index: its live page lacks it")
+        format!(
+            "the page does not show the output `{name}`: the macro could not follow it for a range of indices"
+        )
     });
     let places = places.iter().filter(|(name, _)| !is_shown(name));
     let places = places

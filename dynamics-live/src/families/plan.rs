@@ -1,6 +1,6 @@
 //! What a page of a model with families can hold, and what not.
 
-use dynamics_families::model::{FamilyState, Length, Sizes};
+use dynamics_families::model::{FamilyState, Length, Multipliers, Sizes};
 use dynamics_families::portable::PortableFamily;
 use dynamics_families::{FamilyMethod, SimulateFamilies as _};
 use dynamics_runtime::smooth::Pieces;
@@ -11,6 +11,9 @@ use crate::plan::{Adjustable, Slider, functions, number_in, sliders};
 
 /// Tolerance of methods that choose their steps, where none is given.
 const DEFAULT_TOLERANCE: f64 = 1e-6;
+
+/// More would leave no room for the instants that a page keeps.
+const MOST_UNKNOWNS: usize = 20_000;
 
 /// What was chosen for a page, by indices.
 pub(super) struct FamilyPlan {
@@ -33,17 +36,10 @@ pub(super) fn plan<M: PortableFamily>(live: &FamilyLive<'_, M>) -> Result<Family
     }
     let functions = functions(M::FUNCTIONS, &live.model.smooth_functions())?;
     let sizes = live.starts[0].1.ends();
-    let known = names::<M>(sizes);
-    for name in &live.plots {
-        check_name("quantity", name, &known, &["", "_rate"])?;
+    if sizes.unknowns() > MOST_UNKNOWNS {
+        let (model, unknowns) = (M::NAME, sizes.unknowns());
+        return Err(LiveError::Unknowns { model, unknowns, most: MOST_UNKNOWNS });
     }
-    let phase = match &live.phase {
-        Some(name) => {
-            check_name("coordinate", name, &known[..M::FIELDS.len()], &[""])?;
-            place_of::<M>(sizes, name).unwrap_or(0)
-        }
-        None => sizes.range(0).start + middle::<M>(sizes),
-    };
     let (method, key) = method(live)?;
     let accuracy = accuracy(live, method)?;
     let adjustable = Adjustable {
@@ -58,6 +54,18 @@ pub(super) fn plan<M: PortableFamily>(live: &FamilyLive<'_, M>) -> Result<Family
     for (name, start) in &live.starts {
         can_begin(live, name, start, method)?;
     }
+    // Outputs are asked for their lengths, which needs a start that fits.
+    let known = names(live, sizes);
+    for name in &live.plots {
+        check_name("quantity", name, &known)?;
+    }
+    let phase = match &live.phase {
+        Some(name) => {
+            check_name("coordinate", name, &known[..M::FIELDS.len()])?;
+            place_of::<M>(sizes, name).unwrap_or(0)
+        }
+        None => sizes.range(0).start + middle::<M>(sizes),
+    };
     Ok(FamilyPlan { sliders, method: key, accuracy, phase, functions })
 }
 
@@ -146,68 +154,95 @@ fn can_begin<M: PortableFamily>(
     }
 }
 
-/// A name that can be plotted: the word, how many indices it has, and their ends.
+/// Names that differ by their indices alone: a word, the ends of its indices, and what follows them, `.x`.
 struct Known {
     word: String,
     ends: Vec<usize>,
+    suffix: String,
 }
 
-/// The coordinates, then everything else that can be plotted.
-fn names<M: PortableFamily>(sizes: &Sizes) -> Vec<Known> {
-    let fields = M::FIELDS.iter().enumerate().map(|(k, field)| {
-        let (nodes, columns) = (sizes.range(k).len(), sizes.columns(k).max(1));
-        let ends = match field.length {
-            Length::One => Vec::new(),
-            Length::Count { .. } => vec![nodes],
-            Length::Grid { .. } => vec![nodes / columns, columns],
-        };
-        Known { word: field.name.to_owned(), ends }
-    });
-    // How long a numbered output is its function knows; an index beyond it is plotted as nothing.
-    let outputs = M::OUTPUTS.iter().filter(|output| M::SHOWN.contains(&output.name)).map(|output| Known {
-        word: output.name.to_owned(),
-        ends: if output.numbered { vec![usize::MAX] } else { Vec::new() },
-    });
-    let energies = ["power", "energy", "kinetic energy", "potential energy"];
-    let energies = energies.map(|word| Known { word: word.to_owned(), ends: Vec::new() });
-    fields.chain(outputs).chain(energies).collect()
+impl Known {
+    /// Whether a name is one of these, as the page writes them.
+    fn has(&self, name: &str) -> bool {
+        let own = name.strip_prefix(self.word.as_str()).and_then(|rest| rest.strip_suffix(&self.suffix));
+        let Some(mut rest) = own else { return false };
+        for end in &self.ends {
+            let index = rest.strip_prefix('[').and_then(|rest| rest.split_once(']'));
+            match index.map(|(index, after)| (index, index.parse::<usize>(), after)) {
+                Some((index, Ok(number), after)) if number < *end && index == number.to_string() => {
+                    rest = after;
+                }
+                _ => return false,
+            }
+        }
+        rest.is_empty()
+    }
+
+    /// The first name and the last one.
+    fn examples(&self) -> [String; 2] {
+        [|_: &usize| 0, |end: &usize| end.saturating_sub(1)].map(|index| {
+            let indices: String = self.ends.iter().map(|end| format!("[{}]", index(end))).collect();
+            format!("{}{indices}{}", self.word, self.suffix)
+        })
+    }
 }
 
-/// The word of a name and its indices: `w[2][3]`; components of vectors, `.x`, belong to neither.
-fn parts(name: &str) -> Option<(&str, Vec<usize>)> {
-    let (word, rest) = name.split_at(name.find(['[', '.']).unwrap_or(name.len()));
-    let rest = rest.split_once('.').map_or(rest, |(before, _)| before);
-    let indices = rest.split(['[', ']']).filter(|part| !part.is_empty());
-    Some((word, indices.map(|part| part.parse().ok()).collect::<Option<_>>()?))
-}
-
-fn check_name(what: &'static str, name: &str, known: &[Known], suffixes: &[&str]) -> Result<(), LiveError> {
-    let fits = |known: &Known, (word, indices): &(&str, Vec<usize>)| {
-        suffixes.iter().any(|suffix| word.strip_suffix(suffix) == Some(known.word.as_str()))
-            && indices.len() == known.ends.len()
-            && indices.iter().zip(&known.ends).all(|(index, end)| index < end)
+/// The coordinates, then everything else that the page can plot.
+fn names<M: PortableFamily>(live: &FamilyLive<'_, M>, sizes: &Sizes) -> Vec<Known> {
+    let plain = |word: String| Known { word, ends: Vec::new(), suffix: String::new() };
+    let fields = |ending: &'static str| {
+        M::FIELDS.iter().enumerate().map(move |(k, field)| {
+            let (nodes, columns) = (sizes.range(k).len(), sizes.columns(k).max(1));
+            let ends = match field.length {
+                Length::One => Vec::new(),
+                Length::Count { .. } => vec![nodes],
+                Length::Grid { .. } => vec![nodes / columns, columns],
+            };
+            Known { word: format!("{}{ending}", field.name), ends, suffix: String::new() }
+        })
     };
-    if parts(name).is_some_and(|parts| known.iter().any(|known| fits(known, &parts))) {
+    let mut known: Vec<Known> = fields("").chain(fields("_rate")).collect();
+    let start = &live.starts[0].1;
+    let jets = M::coordinates(start, &vec![0.0; sizes.unknowns()], Multipliers::default());
+    for (k, output) in M::OUTPUTS.iter().enumerate() {
+        let suffixes = M::SHOWN.iter().filter_map(|shown| shown.strip_prefix(output.name));
+        let suffixes: Vec<&str> =
+            suffixes.filter(|rest| rest.is_empty() || rest.starts_with(['.', '['])).collect();
+        let values = live.model.output(k, &jets).len();
+        let ends = match output.numbered {
+            true => vec![values / suffixes.len().max(1)],
+            false => Vec::new(),
+        };
+        let word = || output.name.to_owned();
+        known.extend(suffixes.iter().map(|suffix| Known {
+            word: word(),
+            ends: ends.clone(),
+            suffix: (*suffix).to_owned(),
+        }));
+    }
+    // As the scripts decide whether there is a power.
+    if M::JAVASCRIPT.contains("balanced: true,") && M::JAVASCRIPT.contains("conservative: false,") {
+        known.push(plain("power".to_owned()));
+    }
+    let energies = ["energy", "kinetic energy", "potential energy"];
+    known.extend(energies.map(|word| plain(word.to_owned())));
+    known
+}
+
+fn check_name(what: &'static str, name: &str, known: &[Known]) -> Result<(), LiveError> {
+    if known.iter().any(|known| known.has(name)) {
         return Ok(());
     }
-    // The first and the last of each.
-    let written = |known: &Known, last: bool| {
-        let index = |end: &usize| match (last, *end) {
-            (true, end) if end < usize::MAX => end.saturating_sub(1),
-            _ => 0,
-        };
-        let indices: String = known.ends.iter().map(|end| format!("[{}]", index(end))).collect();
-        format!("{}{indices}", known.word)
-    };
-    let mut all: Vec<String> =
-        known.iter().flat_map(|known| [written(known, false), written(known, true)]).collect();
+    let mut all: Vec<String> = known.iter().flat_map(Known::examples).collect();
     all.dedup();
     Err(LiveError::UnknownName { what, name: name.to_owned(), known: all })
 }
 
 /// Where a coordinate lies in q.
 fn place_of<M: PortableFamily>(sizes: &Sizes, name: &str) -> Option<usize> {
-    let (word, indices) = parts(name)?;
+    let (word, rest) = name.split_at(name.find('[').unwrap_or(name.len()));
+    let indices = rest.split(['[', ']']).filter(|part| !part.is_empty());
+    let indices = indices.map(|part| part.parse().ok()).collect::<Option<Vec<usize>>>()?;
     let field = M::FIELDS.iter().position(|field| field.name == word)?;
     let columns = sizes.columns(field).max(1);
     let node = match indices[..] {

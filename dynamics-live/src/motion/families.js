@@ -17,8 +17,8 @@ const MOST_DOTS = 24,
   MOST_HELD = 100,
   MOST_HELD_IN_ROW = 12;
 /** h ω up to which oscillations of explicit methods with fixed steps stay bounded. */
-const STABILITY_BORDERS = { verlet: 2, euler: 2, rk4: 2.82842712474619 };
-/** Of stiff springs, a correction that no longer falls is rounding below this part of a step's change. */
+const STABILITY_BORDERS = { verlet: 2, rk4: 2.82842712474619 };
+/** With stiff springs: if a correction below this part of a step's change stops falling, it is rounding. */
 const STIFF_ROUNDING = 1e-7;
 /** Radius of the half disc of h λ, on the side of decay, in which RK4 is stable. */
 const RK4_HALF_DISC = 2.6;
@@ -171,7 +171,10 @@ class Profile {
     this.ordered = room(n);
   }
 
-  /** Factors the matrix with these entries into `l`; the unknown of the least pivot, and the pivot. */
+  /**
+   * Factors the matrix with these entries into `l`; the unknown of the least pivot, and the pivot. Ends at
+   * the first pivot that is not positive.
+   */
   factor(each, l) {
     const { n, first, base, place } = this;
     l.fill(0);
@@ -186,11 +189,17 @@ class Profile {
         const from = Math.max(first[i], first[j]);
         let sum = l[base[i] + j];
         for (let k = from; k < j; k++) sum -= l[base[i] + k] * l[base[j] + k];
-        l[base[i] + j] = j < i ? sum / l[base[j] + j] : Math.sqrt(sum);
-        if (j === i && !(sum / Math.abs(diagonal) >= least)) [least, worst] = [sum / Math.abs(diagonal), i];
+        if (j < i) {
+          l[base[i] + j] = sum / l[base[j] + j];
+          continue;
+        }
+        const pivot = sum === 0 ? 0 : sum / Math.abs(diagonal);
+        if (!(sum > 0)) return [place.indexOf(i), pivot];
+        l[base[i] + i] = Math.sqrt(sum);
+        if (pivot < least) [least, worst] = [pivot, i];
       }
     }
-    return [this.place.indexOf(worst), least];
+    return [place.indexOf(worst), least];
   }
 
   /** Replaces x by M⁻¹ x. */
@@ -228,7 +237,7 @@ function accelerations_of(loops, pivots) {
           k[row] += value;
         });
         let least = 0;
-        for (let i = 1; i < n; i++) if (!(k[i] >= k[least])) least = i;
+        for (let i = 1; i < n && k[least] > 0; i++) if (!(k[i] >= k[least])) least = i;
         [pivots[0], k[size]] = [least, k[least]];
         for (let i = 0; i < n; i++) k[i] = 1 / k[i];
       } else {
@@ -334,12 +343,11 @@ function coordinates_of({ fields }, declared) {
 
 /** Names and units of the outputs, value by value. */
 function outputs_of({ outputs }) {
-  return outputs.flatMap(({ name, unit, components, numbered, count }) => {
-    const axes = components === 1 ? [""] : [".x", ".y", ".z"].slice(0, components);
-    return Array.from({ length: count }, (_, k) => (numbered ? `${name}[${k}]` : name)).flatMap((own) =>
-      axes.map((axis) => ({ name: own + axis, unit })),
-    );
-  });
+  return outputs.flatMap(({ name, unit, suffixes, numbered, count }) =>
+    Array.from({ length: count }, (_, k) => (numbered ? `${name}[${k}]` : name)).flatMap((own) =>
+      suffixes.map((suffix) => ({ name: own + suffix, unit })),
+    ),
+  );
 }
 
 /** The programs of a model with families, as the macro prints those of others. */
@@ -388,11 +396,12 @@ function family(loops, { fields }) {
     programs.outputs = {
       results: values,
       constants: 0,
+      reads_accelerations: outputs.some(reads_accelerations),
       run(p, k, f, t, q, u, w, m, a, l, out) {
         let at = 0;
         for (const output of outputs) {
           output.run(p, f, t, q, u, w, a, out, at);
-          at += output.count * output.components;
+          at += output.count * output.suffixes.length;
         }
       },
     };
@@ -457,7 +466,7 @@ ImplicitMidpoint.prototype.newton_matrix = function (h) {
     { p, f, w } = system,
     loops = system.programs.family;
   if (!loops) return newton_ordinary.call(this, h);
-  // Accelerations of what is stiff predict nothing.
+  // If springs are stiff, the accelerations at the beginning do not predict the end of a step.
   this.end.set(u);
   if (!this.evaluate(h, this.end)) return null;
   const state = [t + 0.5 * h, stage.q[1], stage.u[1], w];
@@ -485,6 +494,7 @@ ImplicitMidpoint.prototype.newton_matrix = function (h) {
 /** Offers the methods that suit the model. */
 function offer_methods({ velocity_forces }) {
   delete METHODS.explicit_euler;
+  delete METHODS.euler;
   delete METHODS.heun;
   if (!velocity_forces) METHODS.verlet = VERLET;
 }
@@ -565,22 +575,21 @@ Motion.prototype.work_of_step = function (h) {
 const ENCLOSURE_STEPS = 12;
 
 /**
- * A bound of ω² where M is not dominant on its diagonal: for all λ above it λ M − K is positive
- * definite.
+ * A bound of xᵀ A x / xᵀ M x where M is not dominant on its diagonal: for all λ above it λ M − A is
+ * positive definite. `entries` of A are symmetric.
  */
-function enclosed_square({ system: { p, f, w }, t, q, u, programs: { family: loops } }) {
-  const stiffness = (add) => loops.stiffness(p, f, t, q, u, w, add);
+function enclosed({ system: { p, f, w }, t, q, u, programs: { family: loops } }, entries) {
   const mass = (add) => loops.mass(p, f, add);
   const profile = tangent_profile(loops, (add) => {
     mass(add);
-    stiffness(add);
+    loops.stiffness(p, f, t, q, u, w, add);
     loops.damping(p, f, t, q, u, w, add);
   });
   const l = room(profile.length);
-  const is_above = (square) => {
+  const is_above = (bound) => {
     const each = (add) => {
-      mass((row, column, value) => add(row, column, square * value));
-      stiffness((row, column, value) => add(row, column, -value));
+      mass((row, column, value) => add(row, column, bound * value));
+      entries((row, column, value) => add(row, column, -value));
     };
     return profile.factor(each, l)[1] > 0;
   };
@@ -599,7 +608,10 @@ function enclosed_square({ system: { p, f, w }, t, q, u, programs: { family: loo
  *
  *     ω² ≤ maxᵢ Σⱼ |kᵢⱼ| / (mᵢᵢ − Σⱼ |mᵢⱼ|)
  *
- * as in `dynamics-families/src/step_bound.rs`. Infinite where there is no bound.
+ * as in `dynamics-families/src/step_bound.rs`, and the same for damping. Where M is not dominant on its
+ * diagonal, both are enclosed; |xᵀ D x| is at most Σᵢ rᵢ xᵢ², where rᵢ is half the sum of the sizes in
+ * row i and column i.
+ * Infinite where there is no bound.
  */
 Motion.prototype.longest_step = function (method) {
   const border = STABILITY_BORDERS[method],
@@ -609,25 +621,30 @@ Motion.prototype.longest_step = function (method) {
   const inertia = room(n),
     own = room(n),
     sums = room(n),
-    damping = room(n);
+    damping = room(n),
+    means = room(n);
   loops.mass(system.p, system.f, (row, column, value) => {
     inertia[row] += row === column ? value : -Math.abs(value);
   });
-  loops.stiffness(system.p, system.f, t, q, u, system.w, (row, column, value) => {
+  const stiffness = (add) => loops.stiffness(system.p, system.f, t, q, u, system.w, add);
+  stiffness((row, column, value) => {
     if (row === column) own[row] += value;
     else sums[row] += Math.abs(value);
   });
   loops.damping(system.p, system.f, t, q, u, system.w, (row, column, value) => {
     damping[row] += Math.abs(value);
+    means[row] += 0.5 * Math.abs(value);
+    means[column] += 0.5 * Math.abs(value);
   });
   let [square, decay] = [0, 0];
-  for (let i = 0; i < n; i++) {
-    if (!(inertia[i] > 0)) {
-      square = enclosed_square(this);
-      break;
+  if (inertia.every((x) => x > 0)) {
+    for (let i = 0; i < n; i++) {
+      square = Math.max(square, (Math.abs(own[i]) + sums[i]) / inertia[i]);
+      decay = Math.max(decay, damping[i] / inertia[i]);
     }
-    square = Math.max(square, (Math.abs(own[i]) + sums[i]) / inertia[i]);
-    decay = Math.max(decay, damping[i] / inertia[i]);
+  } else {
+    square = enclosed(this, stiffness);
+    if (max_abs(means) > 0) decay = enclosed(this, (add) => means.forEach((x, i) => add(i, i, x)));
   }
   const omega = Math.sqrt(square),
     bound = border / omega;
@@ -700,17 +717,20 @@ function amounts_of_shapes(slopes, count, e) {
 
 const drag_ordinary = Motion.prototype.drag,
   throw_ordinary = Motion.prototype.throw_point;
-Motion.prototype.drag = function (point, target) {
+Motion.prototype.drag = function (point, target, along = null) {
   const loops = this.programs.family;
-  if (!loops) return drag_ordinary.call(this, point, target);
+  if (!loops) return drag_ordinary.call(this, point, target, along);
   const shapes = plucked_shapes(loops, point),
     q = this.q.slice();
   const away = () => {
     const at = position_of_point(this, point, this.t, q);
-    return Float64Array.from(at, (x, i) => target[i] - x);
+    const e = Float64Array.from(at, (x, i) => target[i] - x);
+    return along ? across(along, e) : e;
   };
   for (let turn = 0; turn < 8; turn++) {
-    const amounts = amounts_of_shapes(slopes_of_shapes(this, point, q, shapes), shapes.length, away());
+    const full = slopes_of_shapes(this, point, q, shapes),
+      slopes = along ? across(along, full, shapes.length) : full,
+      amounts = amounts_of_shapes(slopes, shapes.length, away());
     shapes.forEach(({ from, values }, s) => {
       for (let k = 0; k < values.length; k++) q[from + k] += amounts[s] * values[k];
     });

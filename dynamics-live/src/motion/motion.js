@@ -22,6 +22,11 @@ const NO_EVENTS = {
 };
 const NO_SLIPS = { check_step: () => true };
 
+/** Whether a program reads accelerations, by its text. */
+function reads_accelerations({ run }) {
+  return /\ba\[/.test(String(run));
+}
+
 /** Whether a motion has events. */
 function has_events({ events = [], contacts = [], stick_slip = [] }) {
   return events.length + contacts.length + stick_slip.length > 0;
@@ -47,6 +52,13 @@ class Motion extends Stepper {
     this.work_values = new Float64Array(programs.powers?.results ?? 0);
     this.other_a = new Float64Array(this.n);
     this.other_l = new Float64Array(this.r);
+    /** The state of `other_a` without constraints; its time is NaN where they are not known. */
+    this.other = { t: NaN, q: new Float64Array(this.n), u: new Float64Array(this.n) };
+    this.readers = new Set();
+    for (const [name, program] of Object.entries(programs)) {
+      if (typeof program?.run !== "function") continue;
+      if (program.reads_accelerations ?? reads_accelerations(program)) this.readers.add(name);
+    }
     this.reason = null;
     this.ended = false;
     this.started = false;
@@ -73,6 +85,7 @@ class Motion extends Stepper {
   refresh() {
     const { system } = this;
     system.hoist();
+    this.other.t = NaN;
     this.plan = null;
     this.reason = null;
     const broken = system.broken_assumption(this.t, this.q, this.u, this.started);
@@ -104,6 +117,7 @@ class Motion extends Stepper {
       new_u = Float64Array.from(u);
     this.w.set(w);
     this.m.set(m);
+    this.other.t = NaN;
     system.switch_modes();
     const failure =
       this.check_values(t, new_q, new_u) ??
@@ -112,6 +126,7 @@ class Motion extends Stepper {
     if (failure !== null) {
       this.w.set(old_w);
       this.m.set(old_m);
+      this.other.t = NaN;
       system.switch_modes();
       return system.words(failure);
     }
@@ -362,28 +377,36 @@ class Motion extends Stepper {
   }
 
   /**
-   * The results of a program at the present state, or at another one; null where the model has none. With
-   * constraints, q̈ and λ of another state are solved for. The next call overwrites the results.
+   * The results of a program at the present state, or at another one; null where the model has none. q̈ and
+   * λ of another state are solved for where the program may read them. The next call overwrites the results.
    */
   value(program, t = this.t, q = this.q, u = this.u) {
     const { system } = this;
     if (!system.has(program)) return null;
     if (q === this.q && u === this.u && t === this.t)
       return system.call(system.bound[program], t, q, u, this.a, this.l);
-    const [a, l] = this.solve_at(t, q, u);
+    const needed = this.r > 0 || this.readers.has(program);
+    const [a, l] = needed ? this.solve_at(t, q, u) : [system.no_a, system.no_l];
     return system.call(system.bound[program], t, q, u, a, l);
   }
 
   /** q̈ and λ at a state that is not of this motion; NaN where they do not exist. Not counted. */
   solve_at(t, q, u) {
-    const { system } = this;
-    if (this.r > 0) {
-      const count = system.evaluations;
-      if (!system.accelerate(t, q, u, this.other_a, this.other_l)) {
-        this.other_a.fill(NaN);
-        this.other_l.fill(NaN);
-      }
-      system.evaluations = count;
+    const { system, other } = this,
+      same = (x, y) => x.every((value, i) => value === y[i]);
+    // Programs of one instant ask for the same accelerations.
+    if (this.r === 0 && other.t === t && same(other.q, q) && same(other.u, u))
+      return [this.other_a, this.other_l];
+    const count = system.evaluations;
+    if (!system.accelerate(t, q, u, this.other_a, this.other_l)) {
+      this.other_a.fill(NaN);
+      this.other_l.fill(NaN);
+    }
+    system.evaluations = count;
+    if (this.r === 0) {
+      other.t = t;
+      other.q.set(q);
+      other.u.set(u);
     }
     return [this.other_a, this.other_l];
   }

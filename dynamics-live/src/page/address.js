@@ -76,7 +76,8 @@ function recall(address = location.hash.slice(1)) {
   const refusal = takeAll(MODEL.parameters.map(({ name, value }) => get(name, value)), start);
   if (refusal) {
     toast(refusal);
-    const own = { ...usual, q: Float64Array.from(usual.q), u: Float64Array.from(usual.u) };
+    const [first] = MODEL.starts;
+    const own = { ...first, q: Float64Array.from(first.q), u: Float64Array.from(first.u) };
     const second = takeAll(MODEL.parameters.map(({ value }) => value), own);
     if (second) player.stand(own, second);
   }
@@ -204,7 +205,7 @@ function rust() {
 // The same for a model with families, which has methods of its own.
 function rustOfFamily(parameters, set) {
   const { method, accuracy } = player, { fixed } = METHODS[method], { t } = player.start;
-  const others = { verlet: "StormerVerlet", euler: "StormerVerlet", midpoint: "ImplicitMidpoint" };
+  const others = { verlet: "StormerVerlet", midpoint: "ImplicitMidpoint" };
   const own = { ...RUST_METHODS, ...others };
   const steps = `${fixed ? "fixed_step" : "tolerance"}(${literal(accuracy)})`;
   const length = Math.max(10 * player.pace, player.time(player.last) - t);

@@ -11,11 +11,16 @@ const setterOf = (list) => (indices, v) => player.change("parameters", () => {
   for (const i of indices) list[i] = v;
 });
 
-// The element of a matrix across the diagonal, if it has the same value: what is symmetric stays so.
-function mirrorOf({ name, value }) {
-  const other = name.replace(/(\d+), (\d+)/, "$2, $1");
-  const at = MODEL.parameters.findIndex((parameter) => parameter.name === other);
-  return at >= 0 && other !== name && MODEL.parameters[at].value === value ? [at] : [];
+// The element of a matrix across the diagonal, if the whole matrix is symmetric: then it stays so.
+function mirrorOf({ name }) {
+  const across = (other) => {
+    const mirrored = other.replace(/(\d+), (\d+)/, "$2, $1");
+    return MODEL.parameters.findIndex((parameter) => parameter.name === mirrored);
+  };
+  const matrix = name.replace(/\[.*/, "["), at = across(name);
+  const elements = MODEL.parameters.filter((parameter) => parameter.name.startsWith(matrix));
+  const symmetric = elements.every((one) => MODEL.parameters[across(one.name)]?.value === one.value);
+  return at >= 0 && MODEL.parameters[at].name !== name && symmetric ? [at] : [];
 }
 function makeParameters() {
   const set = setterOf(player.motion.p);
@@ -106,10 +111,13 @@ function fitStartSliders({ lo, hi }) {
 // ---- method and accuracy
 
 // Steps are no longer than the longest one.
-const ladders = () => METHODS[player.method].fixed
-  ? [0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001].map((h) => Number((h * player.pace).toPrecision(3)))
-    .filter((h) => h <= (player.motion.longest_step?.(player.method) ?? Infinity))
-  : [3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13].map((k) => Number("1e-" + k));
+function ladders() {
+  const { method, motion, pace } = player;
+  if (!METHODS[method].fixed) return [3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13].map((k) => Number("1e-" + k));
+  const steps = [0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001].map((h) => Number((h * pace).toPrecision(3)));
+  const longest = motion.longest_step?.(method) ?? Infinity;
+  return steps.filter((h) => h <= longest);
+}
 function setMethod(method, accuracy) {
   accuracy ??= player.usualAccuracy(method);
   const refusal = player.change("method", () => { player.method = method; player.accuracy = accuracy; });
@@ -125,11 +133,15 @@ function listAccuracies() {
   const list = ladders(), { accuracy } = player;
   if (!list.includes(accuracy)) list.push(accuracy);
   list.sort((a, b) => b - a);
+  // An open list stays open where nothing changes.
+  const listed = Array.from($("accuracy").options, ({ value }) => Number(value));
+  const same = listed.length === list.length && list.every((v, k) => v === listed[k]);
+  if (same && Number($("accuracy").value) === accuracy) return;
   $("accuracy").replaceChildren(...list.map((v) => new Option(number(v), v, false, v === accuracy)));
 }
-// Of a model with families the longest step depends on the parameters.
+// Of a model with families the longest step depends on the parameters and the start.
 function showAccuracy() {
-  if (PROGRAMS.family && Number($("accuracy").value) !== player.accuracy) listAccuracies();
+  if (PROGRAMS.family) listAccuracies();
 }
 function makeMethods() {
   for (const [id, { name }] of Object.entries(METHODS)) $("method").append(new Option(name, id));

@@ -2,8 +2,8 @@
 "use strict";
 const N = MODEL.coordinates.length;
 const RATE = 60;      // instants recorded per second of playing
-// Instants that can be scrubbed through: one minute of playing, less where they would take much memory.
-const KEPT = Math.min(Math.max(Math.floor(2e6 / N), 300), 3600);
+// Instants that can be scrubbed through: one minute of playing, less where they would take more than 64 MB.
+const KEPT = Math.min(Math.max(Math.floor(2e6 / N), 60), 3600);
 const MOST_TURNED = 60;   // coordinates up to which angles that repeat are looked for
 
 const HAS_ENERGY = Boolean(PROGRAMS.energy_function || PROGRAMS.kinetic_energy && PROGRAMS.potential_energy);
@@ -34,7 +34,7 @@ function characteristicTime(motion, method, accuracy, milliseconds) {
   const passed = motion.t - begin, size = (i) => Math.max(Math.abs(lo[i]), Math.abs(hi[i]));
   // Until when a coordinate moves; what comes to rest is followed long after that by long steps.
   const moving = (i) => gone.find((then) => then.way[i] >= 0.9 * way[i]).t - begin;
-  // Of many nodes, what is small beside the others stands still as well.
+  // Among many nodes, those that move far less than the others count as standing still.
   let least = Infinity, moves = false, noise = 0;
   if (PROGRAMS.family) for (let i = 0; i < N; i++) noise = Math.max(noise, 1e-6 * size(i));
   for (let i = 0; i < N; i++) {
@@ -115,12 +115,14 @@ class Player {
     const longest = this.motion.longest_step?.(method) ?? Infinity;
     return Number(Math.min(0.01 * this.pace, 0.5 * longest).toPrecision(3));
   }
-  // Other parameters may have made the step too long for the method.
-  shortenStep() {
-    const { fixed } = METHODS[this.method];
-    if (fixed && this.motion.longest_step?.(this.method) < this.accuracy) {
-      this.accuracy = Math.min(this.accuracy, this.usualAccuracy(this.method, true));
-    }
+  // The tolerance or the step. A step that is longer than the longest one of the method at the present state
+  // and parameters is taken shorter; the one that was wanted comes back as soon as it is short enough.
+  get accuracy() { return this.taken; }
+  set accuracy(wanted) { this.wanted = this.taken = wanted; }
+  limitStep() {
+    const { method, wanted } = this;
+    const tooLong = METHODS[method].fixed && this.motion.longest_step?.(method) < wanted;
+    this.taken = tooLong ? Math.min(wanted, this.usualAccuracy(method, true)) : wanted;
   }
 
   // `what`: "start", "parameters" or "method", after which nothing that was computed ahead holds.
@@ -149,6 +151,7 @@ class Player {
       return refusal;
     }
     this.refused = null;
+    this.limitStep();
     this.start = {
       t: start.t, q: Float64Array.from(motion.q), u: Float64Array.from(motion.u), m: Array.from(motion.m),
     };
@@ -308,8 +311,8 @@ class Player {
     if (what !== "method") {
       this.balance();
       this.fitStart();
-      this.shortenStep();
     }
+    this.limitStep();
     this.record(t);
     this.changed(what);
     return null;
@@ -319,6 +322,7 @@ class Player {
   changeRefused(what, act) {
     act();
     const refusal = this.motion.refresh() ?? this.begin(this.start);
+    this.limitStep();
     if (refusal) this.stand(this.start, refusal);
     else this.changed(what);
     return what === "method" ? null : refusal;

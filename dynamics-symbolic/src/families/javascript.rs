@@ -58,7 +58,8 @@ pub fn javascript(
         ..FamilyPortability::default()
     };
     if let Some(constraint) = family.constraints.first() {
-        return refused(format!("its constraint `{}` has a row for every index", constraint.name));
+        let words = "a page has no constraints of models with families yet";
+        return refused(format!("{words}, and it has `{}`", constraint.name));
     }
     let operations = all_operations(family, derived, shown);
     if operations > MOST_OPERATIONS {
@@ -273,7 +274,8 @@ impl Loops<'_> {
         let name = quoted(plain(&shown.function));
         let components = self.dimension(shown);
         out.open("{");
-        out.line(&format!("name: {name}, unit: {}, components: {components},", quoted(unit)));
+        let suffixes: Vec<String> = shown.suffixes.iter().map(|suffix| quoted(suffix)).collect();
+        out.line(&format!("name: {name}, unit: {}, suffixes: [{}],", quoted(unit), suffixes.join(", ")));
         let lengths: Vec<String> = shown.parts.iter().map(|part| rounds_in(part.rounds)).collect();
         let count = if shown.numbered { sum_of(&lengths) } else { "1".to_owned() };
         out.line(&format!("numbered: {}, count: {count},", shown.numbered));

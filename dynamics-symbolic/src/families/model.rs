@@ -381,6 +381,8 @@ pub struct Shown {
     pub is_place: bool,
     /// Whether every round has values of its own; else those of all rounds are added.
     pub numbered: bool,
+    /// What the names of its components end with: nothing, `.x`, or `[0]`.
+    pub suffixes: Vec<String>,
     /// The values, in the order of the indices.
     pub parts: Vec<ShownPart>,
 }

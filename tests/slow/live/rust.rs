@@ -8,12 +8,14 @@ use std::error::Error;
 use std::path::Path;
 use std::{env, fs};
 
+use dynamics::families::model::FamilyModel;
 use dynamics::live::{Live, OpenLive};
 use dynamics::model::{ModelState, State, Vector};
 use dynamics::prelude::*;
 
 use crate::double_pendulum::DoublePendulum;
 use crate::engine::Engine;
+use crate::families::Wagon;
 use crate::models::{Bead, Block, Chain, Particle, RigidBody};
 use crate::motions::BouncingBall;
 
@@ -75,13 +77,21 @@ fn reserved() -> Result<State<Reserved>> {
     include!("copied/reserved.rs")
 }
 
+fn wagon() -> Result<<Wagon as FamilyModel>::State> {
+    include!("copied/wagon.rs")
+}
+
 fn bouncing_ball() -> Result<State<BouncingBall>> {
     include!("copied/bouncing_ball.rs")
 }
 
 /// The scripts of a page that print the text, after what its reader did to the `player`.
 pub(crate) fn copy<M: OpenLive>(page: &Live<'_, M>, acts: &str) -> Engine {
-    let engine = Engine::new(page);
+    play(Engine::new(page), acts)
+}
+
+/// The player of a page, and what its reader does to it.
+pub(crate) fn play(engine: Engine, acts: &str) -> Engine {
     // Without a clock nothing takes too long.
     engine.run::<()>("globalThis.performance = { now: () => 0 }");
     engine.run::<()>(include_str!("../../../dynamics-view/src/animation/paint.js"));
@@ -100,7 +110,13 @@ pub(crate) fn copy<M: OpenLive>(page: &Live<'_, M>, acts: &str) -> Engine {
 
 /// Compares the text with its file, and the end of its motion with that of the page at the same time.
 fn compare(name: &str, engine: &Engine, copied: Result<impl ModelState>, tolerance: f64) {
-    let text = format!("{{\n{}Ok(motion.end())\n}}\n", engine.run::<String>("rust()"));
+    let end = copied.map(|end| (end.t(), [end.q().as_slice(), end.u().as_slice()].concat()));
+    compare_values(name, engine, "motion.end()", end, tolerance);
+}
+
+/// The same with the end as t, and q and u in one list; `value` is what the block returns.
+fn compare_values(name: &str, engine: &Engine, value: &str, copied: Result<(f64, Vec<f64>)>, tolerance: f64) {
+    let text = format!("{{\n{}Ok({value})\n}}\n", engine.run::<String>("rust()"));
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("live/copied").join(format!("{name}.rs"));
     if env::var_os("UPDATE_COPIED").is_some_and(|value| !value.is_empty()) {
         fs::write(&path, &text).unwrap();
@@ -111,7 +127,7 @@ fn compare(name: &str, engine: &Engine, copied: Result<impl ModelState>, toleran
         "copied/{name}.rs is not what the page gives now; if that is meant: \
          UPDATE_COPIED=1 cargo test -p dynamics-slow-tests --test live rust::, and once more without it"
     );
-    let end = copied.unwrap();
+    let (end, values) = copied.unwrap();
     let page = engine.run::<Vec<f64>>(&format!(
         "(() => {{
             const {{ motion, start: {{ t, q, u, m }}, method, accuracy }} = player, end = {:?};
@@ -120,12 +136,12 @@ fn compare(name: &str, engine: &Engine, copied: Result<impl ModelState>, toleran
             while (motion.t < end && motion.step(method, accuracy, end));
             return [motion.t, ...motion.q, ...motion.u];
         }})()",
-        end.t()
+        end
     ));
-    let rust = [&[end.t()][..], end.q().as_slice(), end.u().as_slice()].concat();
+    let rust = [&[end][..], &values].concat();
     let size = rust.iter().fold(1.0, |most: f64, x| most.max(x.abs()));
     let off = rust.iter().zip(&page).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    eprintln!("{name}: t = {}, {off:.1e} apart", end.t());
+    eprintln!("{name}: t = {end}, {off:.1e} apart");
     assert!(off <= tolerance * size, "{name}: {rust:?} in Rust, {page:?} in the page");
 }
 
@@ -204,6 +220,18 @@ fn copied_names_are_raw_where_they_must_be() {
     let model = Reserved { method: 1.0, accuracy: 0.5, only: 2.0, r#type: 3.0 };
     let page = model.live(model.state().x(1.0).build().unwrap());
     compare("reserved", &copy(&page, ""), reserved(), 1e-6);
+}
+
+/// A model with families, with dashpots.
+#[test]
+fn a_copied_wagon_moves_alike() {
+    let model = Wagon { damping: 0.3, ..crate::families::wagon(4) };
+    let start = model.state().x([0.1, 0.2, 0.3, 0.4]).cart_rate(0.5).build().unwrap();
+    let page = model.live(start).method(dynamics::families::methods::Rk4).step(0.01);
+    let engine =
+        play(Engine::of_family(&page), "player.change('parameters', () => { player.motion.p[2] = 70; })");
+    let end = wagon().map(|end| (end.t(), [end.q(), end.u()].concat()));
+    compare_values("wagon", &engine, "motion.end().clone()", end, 1e-11);
 }
 
 /// A contact and its law of impact.

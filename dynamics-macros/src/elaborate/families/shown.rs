@@ -98,7 +98,7 @@ impl Elaborator<'_> {
     }
 
     fn note_shown(&mut self, function: &Function, is_place: bool, numbered: bool, values: Vec<ShownValue>) {
-        let mut parts: Vec<ShownPart> = Vec::new();
+        let (mut parts, mut suffixes): (Vec<ShownPart>, Vec<String>) = (Vec::new(), Vec::new());
         for (rounds, indices, value) in values {
             let value = match value {
                 Value::Integer(_) => self.scalar(value, function.name.span()).into(),
@@ -108,14 +108,16 @@ impl Elaborator<'_> {
             if !flatten(&value, "", &mut components, &mut units) || components.is_empty() {
                 return;
             }
-            let values: Vec<NodeId> = components.into_iter().map(|(_, scalar)| scalar.node).collect();
-            if parts.first().is_some_and(|known| known.values.len() != values.len()) {
+            let (own, values): (Vec<String>, Vec<NodeId>) =
+                components.into_iter().map(|(suffix, scalar)| (suffix, scalar.node)).unzip();
+            if !parts.is_empty() && suffixes != own {
                 return;
             }
+            suffixes = own;
             parts.push(ShownPart { rounds, indices, values });
         }
         let function = function.name.to_string();
-        self.families.found.shown.push(Shown { function, is_place, numbered, parts });
+        self.families.found.shown.push(Shown { function, is_place, numbered, suffixes, parts });
     }
 }
 

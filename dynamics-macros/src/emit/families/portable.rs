@@ -27,7 +27,8 @@ pub(super) fn portable(surface: &Surface, compiled: &CompiledFamilies) -> TokenS
         .shown
         .iter()
         .filter(|shown| !shown.is_place)
-        .map(|shown| shown.function.trim_start_matches("r#"));
+        .flat_map(|shown| shown.suffixes.iter().map(move |suffix| (&shown.function, suffix)))
+        .map(|(function, suffix)| format!("{}{suffix}", function.trim_start_matches("r#")));
     let functions = &surface.functions;
     let (names, count) = (functions.iter().map(plain), functions.len());
     let texts = quote!(&'static [&'static #private::str]);
