@@ -7,6 +7,7 @@
 //! | file | what it does |
 //! |---|---|
 //! | `live` | [`Live`], the builder: what the user chooses |
+//! | `closures` | what the compiler refuses with words of this crate |
 //! | `plan` | what a page can hold, and what not |
 //! | `data` | the model and the choices as JSON |
 //! | `page` | all of it put into the template |
@@ -16,6 +17,7 @@
 //! | `motion/` | scripts that compute: sines with the bits of the library, methods, constraints, events |
 //! | `page/` | scripts and style of what is seen |
 
+mod closures;
 mod data;
 mod error;
 #[cfg(feature = "families")]
@@ -26,6 +28,8 @@ mod page;
 mod plan;
 mod scripts;
 
+#[doc(hidden)]
+pub use closures::HeldByPages;
 pub use error::LiveError;
 #[cfg(feature = "families")]
 pub use families::{FamilyLive, OpenFamilyLive};
