@@ -14,7 +14,7 @@ function link() {
   }
   if (t) entries.push(["~t", t]);
   if (m.length) entries.push(["~modes", m.join(",")]);
-  entries.push(["~method", player.method], ["~accuracy", player.accuracy]);
+  entries.push(["~method", player.method], ["~accuracy", player.wanted]);
   return new URLSearchParams(entries).toString();
 }
 // Of many nodes: the number of a start of the page, or all values to the last bit.

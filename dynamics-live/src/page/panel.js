@@ -17,7 +17,7 @@ function mirrorOf({ name }) {
     const mirrored = other.replace(/(\d+), (\d+)/, "$2, $1");
     return MODEL.parameters.findIndex((parameter) => parameter.name === mirrored);
   };
-  const matrix = name.replace(/\[.*/, "["), at = across(name);
+  const matrix = name.replace(/\[[^[]*$/, "["), at = across(name);
   const elements = MODEL.parameters.filter((parameter) => parameter.name.startsWith(matrix));
   const symmetric = elements.every((one) => MODEL.parameters[across(one.name)]?.value === one.value);
   return at >= 0 && MODEL.parameters[at].name !== name && symmetric ? [at] : [];
