@@ -134,12 +134,12 @@ pub mod prelude {
     pub use dynamics_runtime::math::F64Ext as _;
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::mechanism::Mechanism as _;
-    #[cfg(feature = "alloc")]
-    pub use dynamics_runtime::model::{Draw as _, Portable as _};
     pub use dynamics_runtime::model::{
         Constraints as _, Described as _, Dynamics, Energies as _, Events as _, Linearize as _, Model as _,
         ModelState as _, Outputs as _, Parameters as _, Powers as _,
     };
+    #[cfg(feature = "alloc")]
+    pub use dynamics_runtime::model::{Draw as _, Portable as _};
     pub use dynamics_runtime::{SmoothFunction as _, TimeDerivative as _};
 }
 

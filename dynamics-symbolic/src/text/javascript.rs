@@ -122,9 +122,9 @@ fn bounds(model: &Model, unrolled: &Unrolled) -> String {
 /// Why a page draws points instead of the model's own drawing, or nothing, in words.
 fn not_followed(picture: &Picture) -> Option<String> {
     match &picture.figures {
-        Figures::NotFollowed(reason) if picture.points.is_empty() => {
-            Some(format!("{reason}: its live page has no picture; no helper that a role calls returns a point"))
-        }
+        Figures::NotFollowed(reason) if picture.points.is_empty() => Some(format!(
+            "{reason}: its live page has no picture; no helper that a role calls returns a point"
+        )),
         Figures::NotFollowed(reason) => Some(format!("{reason}: its live page draws points")),
         Figures::None | Figures::Of(_) => None,
     }
