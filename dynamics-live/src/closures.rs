@@ -18,21 +18,18 @@ pub trait HeldByPages {}
 impl<M: SimulationModel + Portable> Live<'_, M> {
     /// Pages have no laws of inputs: inputs are sliders.
     #[doc(hidden)]
-    #[must_use]
     pub fn inputs<R: HeldByPages>(self, _: impl Fn(f64, &M::State) -> R) -> Self {
         self
     }
 
     /// Pages have no functions of resets: contacts and stops are declared.
     #[doc(hidden)]
-    #[must_use]
     pub fn on_event<R: HeldByPages>(self, _: &str, _: Direction, _: impl FnMut(&mut M::State) -> R) -> Self {
         self
     }
 
     /// Pages have the events of the model alone.
     #[doc(hidden)]
-    #[must_use]
     pub fn event<R: HeldByPages>(self, _: &str, _: impl Fn(&M::State) -> R) -> Self {
         self
     }
