@@ -27,9 +27,9 @@ for name in "${DYNAMICS_CHROMIUM:-chromium}" chromium-browser google-chrome; do
     chromium="$(command -v "$name")" && break
 done
 if [ -n "$chromium" ]; then
-    flags=(--headless --no-sandbox --disable-gpu --no-first-run --hide-scrollbars --window-size=1200,900)
+    flags=(--headless --no-sandbox --disable-gpu --no-first-run --hide-scrollbars --window-size=1100,760)
     profile="$(mktemp -d)"
-    for page in double_pendulum four_bar coaster_jump rolling_coin shallow_arch waves; do
+    for page in double_pendulum four_bar coaster_jump rolling_coin andrews planets; do
         "$chromium" "${flags[@]}" --user-data-dir="$profile" --virtual-time-budget=6000 \
             --screenshot="docs/guide/pictures/$page.png" "file://$PWD/$site/gallery/$page.html" 2>/dev/null
     done
