@@ -122,12 +122,15 @@ fn functions<M: OpenLive>(model: &M) -> String {
     format!("{{ functions: [{}] }}", pieces.collect::<Vec<_>>().join(", "))
 }
 
+/// What a program is given at each state, and what it returns in Rust.
+type Calls = (Vec<[Vec<f64>; 7]>, Vec<Vec<f64>>);
+
 /// Compares all programs of a model at random states; the number of comparisons.
 pub(crate) fn compare<M: OpenLive>(model: &M, besides: fn(&M, &M::State) -> Vec<Returned>) -> usize {
     let parameters: Vec<f64> = (0..M::PARAMETERS.len()).map(|i| model.parameter(i).unwrap()).collect();
     // Random states fulfil no constraints: no page would begin there.
     let engine = Engine::with_data::<M>(&functions(model));
-    let mut calls: BTreeMap<&str, (Vec<[Vec<f64>; 7]>, Vec<Vec<f64>>)> = BTreeMap::new();
+    let mut calls: BTreeMap<&str, Calls> = BTreeMap::new();
     for s in random_states::<M>() {
         let modes: Vec<f64> = (0..M::CONSTRAINTS.len()).map(|i| s.active_set().side(i)).collect();
         let [q, u, w] = [s.q().as_slice(), s.u().as_slice(), s.inputs().as_slice()].map(<[f64]>::to_vec);

@@ -122,7 +122,7 @@ impl Space {
             .cuboid(frame, vec3(0.0, 0.0, 0.1), [0.1, 0.2, 0.3])
             .cylinder(tip, 1.2 * tip, self.r)
             .cone([0.0, 0.0, 0.0], tip, 0.1 * self.r)
-            .curve(0.0, 6.28, 20, rim)
+            .curve(0.0, 6.0, 20, rim)
             .spring([0.0, 0.0, 1.0], tip)
             .arrow(tip, tip + tip.dt())
             .dot(tip)
@@ -194,7 +194,7 @@ fn numbers(figure: &Figure) -> Vec<f64> {
 /// Compares all figures along a motion; the number of numbers that were compared.
 fn compare<M: OpenLive + Draw>(model: &M, start: State<M>) -> usize {
     assert_eq!(M::NOT_PORTABLE, &[] as &[&str], "{}", M::NAME);
-    let motion = model.simulate(start.clone()).tolerance(1e-8).until(2.0).run().unwrap();
+    let motion = model.simulate(start).tolerance(1e-8).until(2.0).run().unwrap();
     let engine = Engine::new(&model.live(start));
     engine.run::<()>(
         "const p = Float64Array.from(MODEL.parameters, ({ value }) => value);
