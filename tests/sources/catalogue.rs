@@ -34,6 +34,7 @@ const SEVERAL: &[&str] = &["several_mistakes_at_once", "several_mistakes_of_seve
 /// Cases where the two macros miss each other, which neither can see: the words are rustc's. With the number
 /// of errors.
 const RUSTC: &[(&str, usize, &str)] = &[
+    ("closure_in_a_page", 1, "a trait that nothing implements; the message has the remedy in its notes"),
     (
         "function_of_the_library",
         1,
@@ -62,7 +63,7 @@ const RUSTC: &[(&str, usize, &str)] = &[
     ("two_impls_identical", 2, "as of two blocks that differ"),
     (
         "two_impls_in_two_modules",
-        14,
+        15,
         "whatever a block implements exists twice; the name of a trait says why",
     ),
 ];
