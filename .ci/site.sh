@@ -21,7 +21,7 @@ for page in $(grep -oh 'gallery/[a-z_]*\.html' docs/book/src/*.md | sort -u); do
     [ -f "$site/$page" ] || { echo "the course shows $page, which the gallery does not write" >&2; exit 1; }
 done
 
-# Pictures of six pages, for the guide. They are made anew where there is a Chromium.
+# Screenshots of six pages, for the guide. They are made anew where there is a Chromium.
 chromium=""
 for name in "${DYNAMICS_CHROMIUM:-chromium}" chromium-browser google-chrome; do
     chromium="$(command -v "$name")" && break
@@ -31,11 +31,11 @@ if [ -n "$chromium" ]; then
     profile="$(mktemp -d)"
     for page in double_pendulum four_bar coaster_jump rolling_coin andrews planets; do
         "$chromium" "${flags[@]}" --user-data-dir="$profile" --virtual-time-budget=6000 \
-            --screenshot="docs/guide/pictures/$page.png" "file://$PWD/$site/gallery/$page.html" 2>/dev/null
+            --screenshot="docs/guide/screenshots/$page.png" "file://$PWD/$site/gallery/$page.html" 2>/dev/null
     done
     rm -rf "$profile"
 else
-    echo "left as they are: the pictures of the guide need Chromium" >&2
+    echo "left as they are: the screenshots of the guide need Chromium" >&2
 fi
 
 book="" api=""
