@@ -65,6 +65,9 @@ pub use dynamics_export as export;
 #[cfg(feature = "families")]
 #[doc(inline)]
 pub use dynamics_families as families;
+#[cfg(feature = "cuda")]
+#[doc(inline)]
+pub use dynamics_gpu as gpu;
 #[cfg(feature = "live")]
 #[doc(inline)]
 pub use dynamics_live as live;

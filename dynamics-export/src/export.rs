@@ -130,6 +130,20 @@ impl<'a, M: SimulationModel + PrintedInC> CExport<'a, M> {
         Ok(files)
     }
 
+    /// Header and source as one text without `#include`, for compilers that have no files: those of graphics
+    /// cards. It needs what `<math.h>` and `<float.h>` have.
+    ///
+    /// # Errors
+    /// What cannot be written in C, by name.
+    pub fn text(&self) -> Result<String, ExportError> {
+        let files = self.files()?;
+        let name = M::C.name;
+        let sources =
+            files.iter().filter(|(file, _)| [".h", ".c"].iter().any(|end| *file == format!("{name}{end}")));
+        let lines = sources.flat_map(|(_, text)| text.lines()).filter(|line| !line.starts_with("#include"));
+        Ok(lines.map(|line| format!("{line}\n")).collect())
+    }
+
     /// Writes all files to a folder, which is created. Files of these names are replaced, but for a `main.c`
     /// or a `Makefile` of your own.
     ///

@@ -106,6 +106,8 @@ pub use phase::{Phase, Stages, StepNode};
 #[cfg(feature = "alloc")]
 pub(crate) use phase::{plus_scaled, zip};
 pub use scheme::Scheme;
+#[cfg(feature = "alloc")]
+pub use side_by_side::{LANE_METHOD, LaneMethod};
 pub use step::{Step, StepError, StepFlags, StepOptions, Tolerances};
 pub use stepper::Stepper;
 #[cfg(feature = "alloc")]

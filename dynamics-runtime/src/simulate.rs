@@ -25,6 +25,7 @@
 // | where do I add a warning? | `summary/checks.rs`, `verification/` |
 
 pub(crate) mod charts;
+pub(crate) mod device;
 pub(crate) mod diagnosis;
 pub(crate) mod ensemble;
 pub(crate) mod erased_method;
@@ -45,6 +46,7 @@ pub use charts::{
     ChartChange, ChartError, ChartState, ChartSwitching, ChartSwitchingError, ChartSwitchingErrorKind,
     ChartSwitchingMotion, ChartSwitchingSimulation, ChartSwitchingSummary, Compared, Segment,
 };
+pub use device::{Batch, Device, DeviceEnds, Outcome, can_be_on_device, ends_on};
 pub use ensemble::ends;
 pub use erased_method::AnyMethod;
 pub use events::action::{EventAction, Impact};

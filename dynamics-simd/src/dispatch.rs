@@ -42,11 +42,12 @@ pub fn in_four_lanes<T: Task>(task: T) -> T::Output {
     run_with::<Portable, T>(task)
 }
 
-/// Bits of the widest vectors that [`in_widest_lanes`] may use.
+/// Bits of the widest vectors that [`in_widest_lanes`] and [`in_fused_lanes`] may use.
 static WIDEST: AtomicUsize = AtomicUsize::new(usize::MAX);
 
-/// Limits the vectors that [`in_widest_lanes`] uses, of the whole process: to 128, 256 or 512 bits. Results
-/// do not depend on it. It is for measurements, and for tests that compare the bits of results.
+/// Limits the vectors that [`in_widest_lanes`] and [`in_fused_lanes`] use, of the whole process: to 128, 256 or
+/// 512 bits. Results do not depend on it, but that [`in_fused_lanes`] fuses nothing in 128 bits. It is for
+/// measurements, and for tests that compare the bits of results.
 pub fn limit_vectors(bits: usize) {
     WIDEST.store(bits, Ordering::Relaxed);
 }
@@ -68,11 +69,13 @@ pub fn in_widest_lanes<T: Task>(task: T) -> T::Output {
 #[inline(always)]
 pub fn in_fused_lanes<T: Task>(task: T) -> T::Output {
     #[cfg(target_arch = "x86_64")]
-    if crate::x86::has_eight_lanes() {
+    let bits = WIDEST.load(Ordering::Relaxed);
+    #[cfg(target_arch = "x86_64")]
+    if bits >= 512 && crate::x86::has_eight_lanes() {
         return run_with::<Pair<crate::x86::Avx512<true>>, T>(task);
     }
     #[cfg(target_arch = "x86_64")]
-    if crate::x86::has_four_lanes() {
+    if bits >= 256 && crate::x86::has_four_lanes() {
         return run_with::<Pair<crate::x86::Avx2<true>>, T>(task);
     }
     run_with::<Pair<Portable>, T>(task)

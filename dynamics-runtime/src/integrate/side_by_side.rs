@@ -58,27 +58,63 @@ const STAGES: usize = 16;
 const ROWS: [&[(usize, f64)]; STAGES] =
     [&[], &A1, &A2, &A3, &A4, &A5, &A6, &A7, &A8, &A9, &A10, &A11, &A12, &A13, &A14, &A15];
 
-/// Factor below 1 of the step. On 1,024 double pendulums at tolerances from 1e-6 to 1e-12, 0.9 rejects a
-/// fifth to a quarter of the attempts, and 0.75 a sixth (1e-6) to a fiftieth (1e-12): from 1e-9 on that is
-/// 7 % to 11 % fewer attempts, for no larger errors.
-const SAFETY: f64 = 0.75;
-/// Smallest and largest factor of the step: those of `Verner9`.
-const SHRINK: f64 = 0.333;
-const GROW: f64 = 6.0;
-/// Factor after an attempt that has no value.
-const FAILED_STEP_PART: f64 = 0.25;
-/// Rejections in a row after which a motion is run alone.
-const MAX_REJECTIONS: f64 = 12.0;
-/// Steps beyond the border of stability after which a motion is run alone. Steps within it are subtracted.
-const STIFF_STEPS: f64 = 15.0;
-/// |hλ| above which stability bounds the step: that of `Verner9`.
-const STABILITY_BORDER: f64 = 4.1;
-/// A step below this part of |t| is not resolved: as in `stepper.rs`.
-const RESOLVED_STEP_PART: f64 = 4.0 * f64::EPSILON;
-/// See `stepper.rs`.
-const LAST_STEP_STRETCH: f64 = 1e-2;
-/// See `stepper.rs`.
-const CUT_SHORT_PART: f64 = 0.99;
+/// The method in numbers, for what is not written in Rust: kernels of graphics cards.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneMethod {
+    /// The row of each stage, (stage, coefficient); the first is empty. The last two are at the same time.
+    pub rows: &'static [&'static [(usize, f64)]],
+    /// The node of each stage.
+    pub nodes: &'static [f64],
+    /// Weights of the result.
+    pub weights: &'static [(usize, f64)],
+    /// Weights of the error.
+    pub errors: &'static [(usize, f64)],
+    /// Factor below 1 of the step.
+    pub safety: f64,
+    /// Smallest factor of the step.
+    pub shrink: f64,
+    /// Largest factor of the step.
+    pub grow: f64,
+    /// Factor after an attempt that has no value.
+    pub failed_step_part: f64,
+    /// Rejections in a row after which a motion is run alone.
+    pub max_rejections: f64,
+    /// Steps beyond the border of stability after which a motion is run alone. Steps within it are
+    /// subtracted.
+    pub stiff_steps: f64,
+    /// |hλ| above which stability bounds the step.
+    pub stability_border: f64,
+    /// A step below this part of |t| is not resolved.
+    pub resolved_step_part: f64,
+    /// The last step may be longer by this part of it.
+    pub last_step_stretch: f64,
+    /// A step that the end has cut below this part does not shorten the next one.
+    pub cut_short_part: f64,
+}
+
+/// Verner 9(8) with the step control of lanes.
+pub const LANE_METHOD: LaneMethod = LaneMethod {
+    rows: &ROWS,
+    nodes: &C,
+    weights: &B,
+    errors: &E,
+    // On 1,024 double pendulums at tolerances from 1e-6 to 1e-12, 0.9 rejects a fifth to a quarter of the
+    // attempts, and 0.75 a sixth (1e-6) to a fiftieth (1e-12): from 1e-9 on that is 7 % to 11 % fewer attempts,
+    // for no larger errors.
+    safety: 0.75,
+    // Those of `Verner9`.
+    shrink: 0.333,
+    grow: 6.0,
+    failed_step_part: 0.25,
+    max_rejections: 12.0,
+    stiff_steps: 15.0,
+    // That of `Verner9`.
+    stability_border: 4.1,
+    // See `stepper.rs`.
+    resolved_step_part: 4.0 * f64::EPSILON,
+    last_step_stretch: 1e-2,
+    cut_short_part: 0.99,
+};
 
 /// Drives the motions.
 pub(crate) struct SideBySide<V: Vector, L: Lanes> {
@@ -98,7 +134,7 @@ pub(crate) struct SideBySide<V: Vector, L: Lanes> {
     left: L,
     /// Rejections in a row.
     rejections: L,
-    /// See [`STIFF_STEPS`].
+    /// See [`LaneMethod::stiff_steps`].
     beyond_stability: L,
     k: [Stages<V, L>; STAGES],
 }
@@ -193,7 +229,7 @@ impl<V: Vector, L: Lanes> SideBySide<V, L> {
         // The steps. The last one may be a little longer, to meet the end.
         let left = self.end - self.t;
         let proposed = least(self.h.abs(), self.most);
-        let is_last = left.abs().at_most(proposed * L::splat(1.0 + LAST_STEP_STRETCH));
+        let is_last = left.abs().at_most(proposed * L::splat(1.0 + LANE_METHOD.last_step_stretch));
         let backwards = left.less(L::zero());
         let end_t = self.end.or(is_last, self.t + (-proposed).or(backwards, proposed));
         let h = end_t - self.t;
@@ -226,11 +262,14 @@ impl<V: Vector, L: Lanes> SideBySide<V, L> {
         let accepted = has_value & squared.at_most(L::splat(1.0));
         // The next steps.
         let root = squared.sqrt().sqrt().sqrt().sqrt();
-        let factor = least(most(L::splat(SAFETY) / root, L::splat(SHRINK)), L::splat(GROW));
+        let factor = least(
+            most(L::splat(LANE_METHOD.safety) / root, L::splat(LANE_METHOD.shrink)),
+            L::splat(LANE_METHOD.grow),
+        );
         let may_grow = accepted & self.rejections.at_most(L::zero());
         let factor = factor.or(may_grow, least(factor, L::splat(1.0)));
-        let next = h.abs() * factor.or(has_value, L::splat(FAILED_STEP_PART));
-        let cut = h.abs().less(L::splat(CUT_SHORT_PART) * proposed);
+        let next = h.abs() * factor.or(has_value, L::splat(LANE_METHOD.failed_step_part));
+        let cut = h.abs().less(L::splat(LANE_METHOD.cut_short_part) * proposed);
         self.h = most(next, proposed).or(accepted & cut, next);
         // What has happened.
         let is_stiff = self.is_beyond_stability(h, &fourteenth, &at);
@@ -239,10 +278,11 @@ impl<V: Vector, L: Lanes> SideBySide<V, L> {
         self.rejections = L::zero().or(accepted, self.rejections + L::splat(1.0));
         self.left = self.left - L::splat(1.0);
         // Against the end, too: a motion that breaks down at t = 0 would make its steps ever shorter.
-        let unresolved = self.h.at_most(L::splat(RESOLVED_STEP_PART) * (self.t.abs() + self.end.abs()));
+        let unresolved =
+            self.h.at_most(L::splat(LANE_METHOD.resolved_step_part) * (self.t.abs() + self.end.abs()));
         let unusual = (!is_last & (unresolved | h.abs().at_most(L::zero())))
-            | L::splat(MAX_REJECTIONS).less(self.rejections)
-            | L::splat(STIFF_STEPS).at_most(self.beyond_stability);
+            | L::splat(LANE_METHOD.max_rejections).less(self.rejections)
+            | L::splat(LANE_METHOD.stiff_steps).at_most(self.beyond_stability);
         let paused = self.left.at_most(L::zero());
         self.from = (self.t.or(accepted, self.from.0), choose(accepted, &self.y, &self.from.1));
         self.t = end_t.or(accepted, self.t);
@@ -262,7 +302,7 @@ impl<V: Vector, L: Lanes> SideBySide<V, L> {
         let q = square_distance::<V, L>(&x.q, &y.q);
         let u = square_distance::<V, L>(&x.u, &y.u);
         let a = square_distance::<V, L>(&self.k[STAGES - 2].u, &self.k[STAGES - 1].u);
-        let border = L::splat(STABILITY_BORDER * STABILITY_BORDER);
+        let border = L::splat(LANE_METHOD.stability_border * LANE_METHOD.stability_border);
         let squared = h * h;
         (border * u).less(squared * a) & (border * border * q).less(squared * squared * a)
     }

@@ -67,7 +67,9 @@ pub fn ends<'m, M: SimulationModel + 'm>(
 /// The end of a run that is made alone.
 #[cold]
 #[inline(never)]
-fn alone<M: SimulationModel>(simulation: Simulation<'_, M>) -> Result<M::State, SimulationError<M>> {
+pub(crate) fn alone<M: SimulationModel>(
+    simulation: Simulation<'_, M>,
+) -> Result<M::State, SimulationError<M>> {
     simulation.run_with(|_| ())
 }
 
@@ -127,8 +129,13 @@ struct Run<'m, M: SimulationModel> {
     options: StepOptions,
     /// The events that act.
     events: WatchedEvents,
-    /// Attempts and time at the last trial of an implicit step.
-    at_trial: (u64, f64),
+    trials: Trials,
+}
+
+/// When a run pauses, to see whether it is stiff or too long.
+pub(crate) struct Trials {
+    /// Attempts and time at the last pause.
+    last: (u64, f64),
     /// Attempts from there to the next pause.
     pause: u64,
 }
@@ -192,15 +199,15 @@ impl<'m, M: SimulationModel, L: Lanes> Runs<'m, M, L> {
                 *value = value.with_lane(lane, *own);
             }
             let y = Phase { q: *start.q(), u: *start.u() };
-            let pause = TRIAL_INTERVAL.min(simulation.step_limit());
+            let trials = Trials::new(&simulation);
+            let pause = trials.pause();
             stepper.enter(lane, &Entry { t: start.t(), y: &y, end, h: first, options: &options, pause });
             if !events.is_empty() {
                 self.watched |= 1 << lane;
             }
             self.occupied |= 1 << lane;
             self.sample_model = Some((simulation.model(), constants, start));
-            let at_trial = (0, start.t());
-            self.lanes[lane] = Some(Run { index, simulation, constants, options, events, at_trial, pause });
+            self.lanes[lane] = Some(Run { index, simulation, constants, options, events, trials });
             return;
         }
     }
@@ -245,7 +252,7 @@ impl<'m, M: SimulationModel, L: Lanes> Runs<'m, M, L> {
             };
             if from.is_none() && !must_leave && !is(ended) {
                 if is(paused) {
-                    stepper.go_on(lane, run.pause);
+                    stepper.go_on(lane, run.trials.pause());
                 }
                 continue;
             }
@@ -294,16 +301,38 @@ impl<'m, M: SimulationModel, L: Lanes> Runs<'m, M, L> {
     }
 }
 
-impl<M: SimulationModel> Run<'_, M> {
+impl Trials {
+    pub(crate) fn new<M: SimulationModel>(simulation: &Simulation<'_, M>) -> Self {
+        Self { last: (0, simulation.start().t()), pause: TRIAL_INTERVAL.min(simulation.step_limit()) }
+    }
+
+    /// Attempts up to the next pause.
+    pub(crate) fn pause(&self) -> u64 {
+        self.pause
+    }
+
     /// At a pause: whether the run has made all the steps that it may, or implicit steps of a worthwhile
     /// length are as accurate. If not, the next pause is set.
     #[cold]
-    fn is_stiff_or_long(&mut self, t: f64, y: &Phase<M::Vector>) -> bool {
-        let (attempts, since) = (self.at_trial.0 + self.pause, self.at_trial.1);
-        let left = self.simulation.step_limit() - attempts;
+    pub(crate) fn is_stiff_or_long<M: SimulationModel>(
+        &mut self,
+        simulation: &Simulation<'_, M>,
+        (constants, options): (&M::Constants, &StepOptions),
+        t: f64,
+        y: &Phase<M::Vector>,
+    ) -> bool {
+        let (attempts, since) = (self.last.0 + self.pause, self.last.1);
+        let left = simulation.step_limit() - attempts;
         let mean_step = (t - since).abs() / self.pause as f64;
-        (self.at_trial, self.pause) = ((attempts, t), TRIAL_INTERVAL.min(left));
-        left == 0 || self.simulation.is_stiff(&self.constants, &self.options, (t, y), mean_step)
+        (self.last, self.pause) = ((attempts, t), TRIAL_INTERVAL.min(left));
+        left == 0 || simulation.is_stiff(constants, options, (t, y), mean_step)
+    }
+}
+
+impl<M: SimulationModel> Run<'_, M> {
+    /// See [`Trials::is_stiff_or_long`].
+    fn is_stiff_or_long(&mut self, t: f64, y: &Phase<M::Vector>) -> bool {
+        self.trials.is_stiff_or_long(&self.simulation, (&self.constants, &self.options), t, y)
     }
 }
 

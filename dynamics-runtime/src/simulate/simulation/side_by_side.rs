@@ -54,7 +54,9 @@ struct WatchedEvent {
 }
 
 impl<'m, M: SimulationModel> Simulation<'m, M> {
-    pub(crate) fn model(&self) -> &'m M {
+    /// The model that moves.
+    #[must_use]
+    pub fn model(&self) -> &'m M {
         self.model
     }
 

@@ -1,0 +1,22 @@
+//! Many runs of a model on a graphics card.
+//!
+//! A model with `#[model(targets(c))]` has its programs in C. [`kernel_in_cuda`] joins them with the method that
+//! moves runs side by side in the lanes of the processor; the card's driver compiles the text when the program
+//! runs. [`Gpu::ends`] hands runs to the card and those that it cannot make to the processor.
+//!
+//! | file | what it does |
+//! |---|---|
+//! | `kernel` | the text of a kernel: programs, tables and steps |
+//! | `side_by_side.c` | the steps of a run, with gaps for sizes and tables |
+//! | `cuda` | cards of NVIDIA (feature `cuda`): compiled kernels, memory, launches |
+//! | `cuda/launch.rs` | what the compiler cannot check. The only `unsafe` code |
+//!
+//! Without the feature `cuda` the crate has the texts alone.
+
+#[cfg(feature = "cuda")]
+mod cuda;
+mod kernel;
+
+#[cfg(feature = "cuda")]
+pub use cuda::{Gpu, GpuError, compile_kernel};
+pub use kernel::{KernelError, kernel_in_cuda, side_by_side_in_c};
