@@ -65,7 +65,7 @@ pub use dynamics_export as export;
 #[cfg(feature = "families")]
 #[doc(inline)]
 pub use dynamics_families as families;
-#[cfg(feature = "cuda")]
+#[cfg(any(feature = "cuda", feature = "wgpu"))]
 #[doc(inline)]
 pub use dynamics_gpu as gpu;
 #[cfg(feature = "live")]
@@ -178,7 +178,9 @@ pub mod __private {
         StateJacobian, Terms, UnitDimension, Vector, WideOf,
     };
     #[cfg(feature = "alloc")]
-    pub use dynamics_runtime::model::{Draw, Portable, PrintedInC, ProgramsInC};
+    pub use dynamics_runtime::model::{
+        Draw, Portable, PrintedInC, PrintedInWgsl, ProgramsInC, ProgramsInWgsl,
+    };
     #[cfg(feature = "alloc")]
     pub use dynamics_runtime::output::{Drawing, Places, Point};
     pub use dynamics_runtime::reaction::{Reaction, Reactions, type_of};

@@ -5,8 +5,7 @@
 
 use dynamics_export::{CExport, ExportC as _, ExportError};
 use dynamics_runtime::integrate::{LANE_METHOD, LaneMethod};
-use dynamics_runtime::model::PrintedInC;
-use dynamics_runtime::model::SimulationModel;
+use dynamics_runtime::model::{PrintedInC, PrintedInWgsl, SimulationModel};
 
 /// The method, with gaps for sizes, tables and calls. `$` stands for the model's prefix, `%%` for it in capitals.
 const METHOD: &str = include_str!("side_by_side.c");
@@ -44,6 +43,14 @@ pub enum KernelError {
     Constraints {
         /// Name of the model.
         model: &'static str,
+    },
+    /// It cannot be written in WGSL.
+    #[error("{model} has no kernel in WGSL: {reason}")]
+    Wgsl {
+        /// Name of the model.
+        model: &'static str,
+        /// What stands against it.
+        reason: &'static str,
     },
     /// It cannot be written in C.
     #[error(transparent)]
@@ -85,6 +92,74 @@ pub fn side_by_side_in_c<M: SimulationModel + PrintedInC>(model: &M) -> Result<S
 pub fn kernel_in_cuda<M: SimulationModel + PrintedInC>(model: &M) -> Result<String, KernelError> {
     let text = side_by_side_in_c(model)?;
     Ok(format!("{CUDA}{text}{}", LAUNCHED.replace('$', M::C.name)))
+}
+
+/// The method in WGSL, with gaps as in [`METHOD`].
+const METHOD_IN_WGSL: &str = include_str!("side_by_side.wgsl");
+
+/// A kernel in WGSL: an entry point `advance`, a thread for each run. It computes in single precision.
+///
+/// # Errors
+/// What cannot be written in WGSL.
+pub fn kernel_in_wgsl<M: SimulationModel + PrintedInWgsl>() -> Result<String, KernelError> {
+    if let Some(reason) = M::WGSL.obstacles.first() {
+        return Err(KernelError::Wgsl { model: M::NAME, reason });
+    }
+    let method = &LANE_METHOD;
+    let (n, p, w) = (M::COORDINATES.len(), M::PARAMETERS.len(), M::INPUTS.len());
+    let last = method.rows.len() - 1;
+    let slopes: String = (0..=last).map(|stage| format!("  var k{stage}: Phase;\n")).collect();
+    let mut stages = String::new();
+    for (stage, row) in method.rows.iter().enumerate() {
+        if stage == last {
+            stages.push_str("    before = place;\n");
+        }
+        stages.push_str(&sum_in_wgsl(row));
+        let node = single(method.nodes[stage]);
+        stages.push_str(&format!(
+            "    move_by(h, &sum, &y, &place);\n    exists = stage(p, k, w, t + {node}*h, &place, &k{stage}) && exists;\n"
+        ));
+    }
+    let border = method.stability_border * method.stability_border;
+    let gaps = [
+        ("<<N>>", n.to_string()),
+        ("<<P>>", p.to_string()),
+        ("<<W>>", w.to_string()),
+        ("<<P1>>", p.max(1).to_string()),
+        ("<<W1>>", w.max(1).to_string()),
+        ("<<K1>>", M::WGSL.constants.max(1).to_string()),
+        ("<<PROGRAMS>>", M::WGSL.programs.to_owned()),
+        ("<<SLOPES>>", slopes),
+        ("<<STAGES>>", stages),
+        ("<<ERRORS>>", sum_in_wgsl(method.errors)),
+        ("<<ENDS>>", sum_in_wgsl(method.weights)),
+        ("<<BEFORE>>", (last - 1).to_string()),
+        ("<<LAST>>", last.to_string()),
+        ("<<SHARE>>", single(1.0 / (2 * n) as f64)),
+        ("<<STRETCHED>>", single(1.0 + method.last_step_stretch)),
+        ("<<SAFETY>>", single(method.safety)),
+        ("<<SHRINK>>", single(method.shrink)),
+        ("<<GROW>>", single(method.grow)),
+        ("<<FAILED>>", single(method.failed_step_part)),
+        ("<<CUT>>", single(method.cut_short_part)),
+        ("<<BORDER_2>>", single(border)),
+        ("<<BORDER_4>>", single(border * border)),
+        ("<<RESOLVED>>", single(method.resolved_step_part / f64::EPSILON * f64::from(f32::EPSILON))),
+        ("<<REJECTIONS>>", single(method.max_rejections)),
+        ("<<STIFF>>", single(method.stiff_steps)),
+    ];
+    Ok(gaps.iter().fold(METHOD_IN_WGSL.to_owned(), |text, (gap, with)| text.replace(gap, with)))
+}
+
+/// A sum of slopes in WGSL.
+fn sum_in_wgsl(row: &[(usize, f64)]) -> String {
+    let parts = row.iter().map(|(stage, weight)| format!("    add({}, &k{stage}, &sum);\n", single(*weight)));
+    std::iter::once("    clear(&sum);\n".to_owned()).chain(parts).collect()
+}
+
+/// A number in single precision.
+fn single(x: f64) -> String {
+    format!("{:?}f", x as f32)
 }
 
 /// The method for a model.

@@ -9,14 +9,20 @@
 //! | `kernel` | the text of a kernel: programs, tables and steps |
 //! | `side_by_side.c` | the steps of a run, with gaps for sizes and tables |
 //! | `cuda` | cards of NVIDIA (feature `cuda`): compiled kernels, memory, launches |
+//! | `side_by_side.wgsl` | the same in single precision |
+//! | `single` | cards of all makers (feature `wgpu`): in single precision, with its error measured |
 //! | `cuda/launch.rs` | what the compiler cannot check. The only `unsafe` code |
 //!
-//! Without the feature `cuda` the crate has the texts alone.
+//! Without these features the crate has the texts alone.
 
 #[cfg(feature = "cuda")]
 mod cuda;
 mod kernel;
+#[cfg(feature = "wgpu")]
+mod single;
 
 #[cfg(feature = "cuda")]
 pub use cuda::{Gpu, GpuError, compile_kernel};
-pub use kernel::{KernelError, kernel_in_cuda, side_by_side_in_c};
+pub use kernel::{KernelError, kernel_in_cuda, kernel_in_wgsl, side_by_side_in_c};
+#[cfg(feature = "wgpu")]
+pub use single::{SingleEnds, SingleGpu, SingleGpuError};

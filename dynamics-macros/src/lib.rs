@@ -30,6 +30,7 @@ use proc_macro::TokenStream;
 /// | `#[model(crate = path)]` | the crate `dynamics` has another name in this program |
 /// | `#[model(sin_cos = accurate)]` | the sines and cosines of the standard library |
 /// | `#[model(targets(c))]` | the programs are printed in C99, too, for `model.write_c(folder)` |
+/// | `#[model(targets(wgsl))]` | the accelerations are printed in WGSL, too, for runs on graphics cards |
 ///
 /// ```
 /// # use dynamics::prelude::*;

@@ -31,7 +31,7 @@ pub use constraints::{Constraints, NoMatrix, NoRows, Solved, Terms, Workspace};
 pub use kinks::{Branches, Kink, MAX_KINKS};
 pub use lane_evaluation::{LaneEvaluation, LaneValues, OwnValues, SharedValues};
 #[cfg(feature = "alloc")]
-pub use portable::{Portable, PrintedInC, ProgramsInC};
+pub use portable::{Portable, PrintedInC, PrintedInWgsl, ProgramsInC, ProgramsInWgsl};
 pub(crate) use static_traits::StaticTraits;
 pub use vector::{InputValues, Square, Vector};
 

@@ -20,6 +20,7 @@ mod report;
 mod series;
 mod source;
 mod target;
+mod wgsl;
 
 pub use c::{ForC, InC, PlainProgram, c};
 pub use equations::{EquationTexts, equations, quotient, statements};
@@ -35,3 +36,4 @@ pub(crate) use report::entry;
 pub use report::report;
 pub use series::{series_entry, series_section, unexpandable};
 pub use target::{Level, Target, Text};
+pub use wgsl::{InWgsl, wgsl};

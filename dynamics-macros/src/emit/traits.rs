@@ -37,6 +37,7 @@ pub(crate) fn traits(surface: &Surface, compiled: &Compiled) -> TokenStream {
     let (outputs, events) = (emission.outputs(), emission.events());
     let (constraints, parameters) = (emission.constraints(), emission.parameters());
     let (portable, printed_in_c) = (emission.portable(), emission.printed_in_c());
+    let printed_in_wgsl = emission.printed_in_wgsl();
     let (draw, only_one, quiet) = (identity::draw(surface), only_one(surface), quiet());
     let impls = quote! {
         #only_one
@@ -54,6 +55,7 @@ pub(crate) fn traits(surface: &Surface, compiled: &Compiled) -> TokenStream {
             #draw
             #portable
             #printed_in_c
+            #printed_in_wgsl
         };
     };
     at_block(surface, impls)

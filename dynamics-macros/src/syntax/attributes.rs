@@ -331,16 +331,22 @@ fn model(tokens: TokenStream, all: &mut Attributes, d: &mut Diagnostics) {
     all.crate_path = crates.pop();
     all.accurate = accurate.pop() == Some(true);
     for name in targets.into_iter().flatten() {
-        if name != "c" {
-            d.error(name.span(), &messages::unknown_target(&name, TARGETS));
-        } else if all.targets.c.replace(name.span()).is_some() {
+        let target = match name.to_string().as_str() {
+            "c" => &mut all.targets.c,
+            "wgsl" => &mut all.targets.wgsl,
+            _ => {
+                d.error(name.span(), &messages::unknown_target(&name, TARGETS));
+                continue;
+            }
+        };
+        if target.replace(name.span()).is_some() {
             d.error(name.span(), &messages::entry_twice("targets", &name));
         }
     }
 }
 
 /// All targets, as messages list them.
-const TARGETS: &str = "`c`";
+const TARGETS: &str = "`c`, `wgsl`";
 
 /// Finds the field that an attribute's entry names.
 fn field<'a>(

@@ -12,6 +12,8 @@ use crate::messages;
 pub(crate) struct Targets {
     /// C99: where it was asked for.
     pub(crate) c: Option<Span>,
+    /// WGSL, the language of kernels for graphics cards of all makers: where it was asked for.
+    pub(crate) wgsl: Option<Span>,
 }
 
 /// A model's struct, as declared.

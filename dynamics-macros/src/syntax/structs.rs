@@ -35,7 +35,8 @@ pub(crate) fn declaration(item: ItemStruct, d: &mut Diagnostics) -> Declaration 
         item,
     };
     attributes::check_names(&mut declaration, d);
-    if let Some(span) = declaration.targets.c.filter(|_| declaration.has_families()) {
+    let asked = declaration.targets.c.or(declaration.targets.wgsl);
+    if let Some(span) = asked.filter(|_| declaration.has_families()) {
         d.error(span, &messages::target_of_families());
     }
     declaration

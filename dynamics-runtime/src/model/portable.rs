@@ -49,6 +49,32 @@ pub trait PrintedInC: Portable {
     const C: ProgramsInC;
 }
 
+/// A model whose accelerations are printed in WGSL, too, the language of kernels for graphics cards of all
+/// makers.
+///
+/// `#[dynamics]` implements it where `#[model(targets(wgsl))]` stands on the struct: the text costs compile
+/// time. A program that does not use it does not contain it.
+#[diagnostic::on_unimplemented(
+    message = "the accelerations of `{Self}` are not printed in WGSL",
+    label = "this model has no programs in WGSL",
+    note = "write `#[model(targets(wgsl))]` on the struct, beside `#[derive(Dynamics)]`"
+)]
+pub trait PrintedInWgsl: Portable {
+    /// The texts.
+    const WGSL: ProgramsInWgsl;
+}
+
+/// Programs of a model as functions of WGSL, which computes with single precision.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ProgramsInWgsl {
+    /// `model_constants` and `model_accelerations`. Sines are those of a function `sin_cos` that is not here.
+    pub programs: &'static str,
+    /// Length of the array of constants.
+    pub constants: usize,
+    /// What stands against it, in words; then the text is empty.
+    pub obstacles: &'static [&'static str],
+}
+
 /// Programs of a model as functions of C99.
 ///
 /// The texts are templates: `@` stands for the suffix of numbers and of functions of `<math.h>`, which is

@@ -87,6 +87,11 @@ impl Batch {
         self.runs
     }
 
+    /// When a run ends.
+    fn end<M: SimulationModel>(&self, run: usize) -> f64 {
+        self.given[(M::PARAMETERS.len() + M::INPUTS.len()) * self.runs + run]
+    }
+
     /// Where a run stands.
     fn place<V: Vector>(&self, run: usize) -> (f64, Phase<V>) {
         let at = |element: usize| self.moving[element * self.runs + run];
@@ -217,6 +222,8 @@ fn advance<'m, M: SimulationModel, D: Device>(
             }
             let Some(Run { index, simulation, .. }) = place.take() else { continue };
             let is_made = has_ended && !is_unusual;
+            // A device of single precision does not hold it.
+            let t = if has_ended { batch.end::<M>(number) } else { t };
             on_device += usize::from(is_made);
             found[index] = Some(if is_made { Ok(simulation.state_at(t, &y)) } else { alone(simulation) });
         }

@@ -2,7 +2,7 @@
 
 use super::{Compiled, ConstraintPrograms, Programs};
 use crate::schedule::Program;
-use crate::text::{self, ForC, InC, PlainProgram, Portable};
+use crate::text::{self, ForC, InC, InWgsl, PlainProgram, Portable};
 
 /// All that move a model and show what it does; derivatives of the equations are not among them.
 pub(super) fn portable(programs: &Programs) -> Portable<'_> {
@@ -40,6 +40,12 @@ fn of_constraints(programs: &ConstraintPrograms) -> Vec<(&'static str, &Program)
 }
 
 impl Compiled {
+    /// The accelerations in WGSL. They are printed on request, because few models need them.
+    #[must_use]
+    pub fn in_wgsl(&self) -> InWgsl {
+        text::wgsl(&self.model, &self.equations, &self.programs.accelerations)
+    }
+
     /// The programs in C99. They are printed on request, because few models need them.
     #[must_use]
     pub fn in_c(&self) -> InC {

@@ -13,3 +13,4 @@ mod kernels;
 mod models;
 #[path = "../snapshots/random_states.rs"]
 mod random_states;
+mod single;

@@ -1,6 +1,6 @@
-//! `impl Portable` and `impl PrintedInC`: the programs in other languages.
+//! `impl Portable`, `impl PrintedInC` and `impl PrintedInWgsl`: the programs in other languages.
 
-use dynamics_symbolic::text::InC;
+use dynamics_symbolic::text::{InC, InWgsl};
 use proc_macro2::TokenStream;
 use quote::quote;
 
@@ -57,6 +57,26 @@ impl Emission<'_> {
                         programs: #programs,
                         constants: #constants,
                         accurate: #accurate,
+                        obstacles: &[#(#obstacles),*],
+                    };
+                }
+            }
+        }
+    }
+
+    /// `impl PrintedInWgsl`, where it was asked for.
+    pub(super) fn printed_in_wgsl(&self) -> TokenStream {
+        if self.surface.targets.wgsl.is_none() {
+            return TokenStream::new();
+        }
+        let (model, private) = (&self.surface.target, &self.private);
+        let InWgsl { programs, constants, obstacles } = self.compiled.in_wgsl();
+        quote! {
+            #private::if_alloc! {
+                impl #private::PrintedInWgsl for #model {
+                    const WGSL: #private::ProgramsInWgsl = #private::ProgramsInWgsl {
+                        programs: #programs,
+                        constants: #constants,
                         obstacles: &[#(#obstacles),*],
                     };
                 }

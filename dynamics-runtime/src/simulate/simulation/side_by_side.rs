@@ -10,6 +10,7 @@ use crate::integrate::{Direction, Phase, StepNode, StepOptions, Stepper, Toleran
 use crate::model::{ModelState, SimulationModel, Vector};
 use crate::simulate::erased_method::SharedMethod;
 use crate::simulate::failure::OptionError;
+use crate::simulate::options::defaults::DEFAULT_TOLERANCE;
 use crate::simulate::run::monitors::stiffness_detection::{
     FINEST_TOLERANCE, LENGTHS_FROM_ONE_PLACE, worthwhile_factor,
 };
@@ -58,6 +59,12 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
     #[must_use]
     pub fn model(&self) -> &'m M {
         self.model
+    }
+
+    /// The relative error that a step may make, as it was asked for or by default.
+    #[must_use]
+    pub fn relative_tolerance(&self) -> f64 {
+        self.tolerances.map_or(DEFAULT_TOLERANCE, |(tolerances, _)| tolerances.relative)
     }
 
     pub(crate) fn start(&self) -> &M::State {
