@@ -115,10 +115,11 @@ fn compile<M: SimulationModel + PrintedInC>(
 /// A card that makes runs.
 ///
 /// ```no_run
+/// # mod dynamics { pub use dynamics_gpu as gpu; pub use dynamics_runtime::*; }
 /// # fn f<M: dynamics_runtime::model::SimulationModel + dynamics_runtime::model::PrintedInC>(
 /// #     model: &M, starts: &[M::State]) -> Result<(), dynamics_gpu::GpuError> {
-/// use dynamics_gpu::Gpu;
-/// use dynamics_runtime::simulate::Simulate;
+/// use dynamics::gpu::Gpu;
+/// use dynamics::simulate::Simulate;
 ///
 /// let gpu = Gpu::first()?;
 /// let done = gpu.ends(starts.iter().map(|start| model.simulate(*start).until(10.0).tolerance(1e-9)))?;

@@ -23,8 +23,12 @@ struct Phase {
   u: array<f32, N>,
 }
 
-// Sine and cosine: x = k pi/2 + r in three parts, and polynomials of r. Within 2e-7 for |x| < 8192, more beyond.
+// Sine and cosine within 1e-7: x = k pi/2 + r in three parts, and polynomials of r. Larger angles have no digits
+// behind the point in single precision: the step then has no value, and the processor makes the run.
 fn sin_cos(x: f32) -> vec2<f32> {
+  if (abs(x) > 8192.0f) {
+    return vec2<f32>(LARGEST, LARGEST);
+  }
   let k = round(x*0.63661977f);
   let r = ((x - k*1.5703125f) - k*4.8375129e-4f) - k*7.5497899e-8f;
   let z = r*r;

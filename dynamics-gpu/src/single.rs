@@ -72,10 +72,11 @@ pub struct SingleEnds<M: SimulationModel> {
 /// A card that makes runs in single precision.
 ///
 /// ```no_run
+/// # mod dynamics { pub use dynamics_gpu as gpu; pub use dynamics_runtime::*; }
 /// # fn f<M: dynamics_runtime::model::SimulationModel + dynamics_runtime::model::PrintedInWgsl>(
 /// #     model: &M, starts: &[M::State]) -> Result<(), dynamics_gpu::SingleGpuError> {
-/// use dynamics_gpu::SingleGpu;
-/// use dynamics_runtime::simulate::Simulate;
+/// use dynamics::gpu::SingleGpu;
+/// use dynamics::simulate::Simulate;
 ///
 /// let gpu = SingleGpu::first()?;
 /// let done = gpu.ends(starts.iter().map(|start| model.simulate(*start).until(10.0).tolerance(1e-5)))?;

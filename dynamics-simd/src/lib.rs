@@ -13,7 +13,7 @@
 //! because the processor happens to have one. So the processor decides about the time alone, and results are
 //! deterministic for each target of the build. The exception is [`in_fused_lanes`].
 //!
-//! All `unsafe` code of the project is in `x86.rs`, whose head says why it is sound.
+//! All `unsafe` code of this crate is in `x86.rs`, whose head says why it is sound.
 // Unit tests run on a machine with the standard library, whatever the features.
 #![cfg_attr(not(any(feature = "std", test)), no_std)]
 

@@ -16,6 +16,7 @@ const CRATES: &[&str] = &[
     "dynamics-runtime",
     "dynamics-families",
     "dynamics-analysis",
+    "dynamics-gpu",
 ];
 
 /// Where the workspace is.
@@ -134,19 +135,24 @@ fn the_vocabulary_knows_pictures_alone() {
     assert_eq!(ours, permitted, "vectors and pictures alone, if at all");
 }
 
-/// Vector instructions are the one thing here that the compiler cannot check: they stand in one file, behind
-/// a trait that the rest uses safely.
+/// Vector instructions, and libraries and kernels of graphics cards, are what the compiler cannot check: each
+/// stand in one file, behind what the rest uses safely.
 #[test]
-fn unsafe_code_stands_in_one_file() {
+fn unsafe_code_stands_in_one_file_per_crate() {
+    const FILES: [(&str, &str); 2] = [("dynamics-simd", "x86.rs"), ("dynamics-gpu", "launch.rs")];
     for name in CRATES {
         let manifest = fs::read_to_string(root().join(name).join("Cargo.toml")).expect("a manifest");
         let forbids = manifest.contains("[lints]\nworkspace = true");
         let denies = manifest.contains("unsafe_code = \"deny\"");
-        assert!(if name == &"dynamics-simd" { denies } else { forbids }, "{name}");
+        let may = FILES.iter().any(|(of, _)| of == name);
+        assert!(if may { denies } else { forbids }, "{name}");
     }
-    let allowing = sources("dynamics-simd/src").into_iter().filter(|(_, text)| text.contains("unsafe_code"));
-    let files: Vec<_> = allowing.map(|(path, _)| path.file_name().map(|name| name.to_owned())).collect();
-    assert_eq!(files, [Some("x86.rs".into())]);
+    for (name, file) in FILES {
+        let all = sources(&format!("{name}/src"));
+        let allowing = all.into_iter().filter(|(_, text)| text.contains("unsafe_code"));
+        let files: Vec<_> = allowing.map(|(path, _)| path.file_name().map(|name| name.to_owned())).collect();
+        assert_eq!(files, [Some(file.into())], "{name}");
+    }
 }
 
 /// The macros need the text of bodies and joints, and no code that a build would have to compile for them.

@@ -117,7 +117,7 @@ impl Batch {
 }
 
 /// A run of a batch.
-struct Run<'m, M: SimulationModel> {
+struct DeviceRun<'m, M: SimulationModel> {
     index: usize,
     simulation: Simulation<'m, M>,
     constants: M::Constants,
@@ -201,7 +201,7 @@ fn advance<'m, M: SimulationModel, D: Device>(
     found: &mut [Option<Result<M::State, SimulationError<M>>>],
 ) -> Result<usize, D::Error> {
     let mut batch = Batch::new::<M>(planned.len());
-    let mut runs: Vec<Option<Run<'m, M>>> = Vec::with_capacity(planned.len());
+    let mut runs: Vec<Option<DeviceRun<'m, M>>> = Vec::with_capacity(planned.len());
     for (number, (index, simulation, plan)) in planned.into_iter().enumerate() {
         runs.push(Some(entered(&mut batch, number, index, simulation, plan)));
     }
@@ -213,14 +213,14 @@ fn advance<'m, M: SimulationModel, D: Device>(
             let (outcome, (t, y)) = (Outcome(batch.outcomes[number]), batch.place::<M::Vector>(number));
             let is_unusual = outcome.has(Outcome::UNUSUAL);
             let has_ended = outcome.has(Outcome::ENDED);
-            let Run { simulation, constants, options, trials, .. } = run;
+            let DeviceRun { simulation, constants, options, trials, .. } = run;
             let goes_on = !is_unusual && !has_ended;
             if goes_on && !trials.is_stiff_or_long(simulation, (&*constants, &*options), t, &y) {
                 batch.set_pause(number, trials.pause());
                 batch.outcomes[number] = Outcome::GOES_ON.0;
                 continue;
             }
-            let Some(Run { index, simulation, .. }) = place.take() else { continue };
+            let Some(DeviceRun { index, simulation, .. }) = place.take() else { continue };
             let is_made = has_ended && !is_unusual;
             // A device of single precision does not hold it.
             let t = if has_ended { batch.end::<M>(number) } else { t };
@@ -238,7 +238,7 @@ fn entered<'m, M: SimulationModel>(
     index: usize,
     simulation: Simulation<'m, M>,
     LanePlan { constants, options, end, first, .. }: LanePlan<M>,
-) -> Run<'m, M> {
+) -> DeviceRun<'m, M> {
     let (start, runs) = (*simulation.start(), batch.runs);
     let model = simulation.model();
     let mut given: Vec<f64> = (0..M::PARAMETERS.len()).filter_map(|i| model.parameter(i)).collect();
@@ -254,5 +254,5 @@ fn entered<'m, M: SimulationModel>(
     }
     moving.extend([first.copysign(end - start.t()), trials.pause() as f64, 0.0, 0.0]);
     Batch::put(&mut batch.moving, runs, number, 0, &moving);
-    Run { index, simulation, constants, options, trials }
+    DeviceRun { index, simulation, constants, options, trials }
 }

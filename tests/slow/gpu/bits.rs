@@ -88,7 +88,7 @@ fn ends_have_the_bits_of_lanes() {
 fn long_and_stiff_runs_end_as_in_lanes() {
     let model = Pendulum { m: 0.7, l: 1.3, g: 9.81, c: 0.0 };
     let run =
-        |_: usize, start: State<Pendulum>| model.simulate(start).until(start.t() + 900.0).tolerance(1e-12);
+        |_: usize, start: State<Pendulum>| model.simulate(start).until(start.t() + 400.0).tolerance(1e-12);
     if let Some((on_device, calls)) = compare(&model, run, RUNS, "long") {
         assert!(on_device > RUNS / 2 && calls > 2, "{on_device} {calls}");
     }

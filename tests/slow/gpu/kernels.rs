@@ -7,8 +7,8 @@ use dynamics_gpu::{Gpu, GpuError, compile_kernel};
 
 use crate::random_states::{Visit, every_model};
 
-/// Compute capabilities of common cards: those of Turing, Ampere and Hopper.
-const CAPABILITIES: [u32; 3] = [75, 80, 90];
+/// Compute capabilities of common cards: those of Turing and Hopper.
+const CAPABILITIES: [u32; 2] = [75, 90];
 
 #[derive(Default)]
 struct Compiled {
