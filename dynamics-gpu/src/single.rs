@@ -161,7 +161,7 @@ impl SingleGpu {
         usize::try_from(room).unwrap_or(AT_ONCE).clamp(1, AT_ONCE)
     }
 
-    fn launcher(&self, text: &str) -> Launcher<'_> {
+    fn launcher(&self, text: &str) -> SingleLauncher<'_> {
         let source = wgpu::ShaderSource::Wgsl(text.into());
         let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source });
         let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -172,7 +172,7 @@ impl SingleGpu {
             compilation_options: Default::default(),
             cache: None,
         });
-        Launcher { gpu: self, pipeline }
+        SingleLauncher { gpu: self, pipeline }
     }
 }
 
@@ -197,7 +197,7 @@ fn measured_error<'m, M: SimulationModel + 'm>(
 }
 
 /// What steps a batch.
-struct Launcher<'a> {
+struct SingleLauncher<'a> {
     gpu: &'a SingleGpu,
     pipeline: wgpu::ComputePipeline,
 }
@@ -207,7 +207,7 @@ fn bytes(values: &[f64]) -> Vec<u8> {
     values.iter().flat_map(|x| (*x as f32).to_le_bytes()).collect()
 }
 
-impl Device for Launcher<'_> {
+impl Device for SingleLauncher<'_> {
     type Error = SingleGpuError;
 
     fn advance(&mut self, batch: &mut Batch) -> Result<(), SingleGpuError> {

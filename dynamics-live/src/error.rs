@@ -39,7 +39,7 @@ pub enum LiveError {
     #[error(transparent)]
     Option(Box<OptionError>),
     /// No simulation goes from a start.
-    #[error("the start `{start}` is refused: {source}")]
+    #[error("no motion begins at the start `{start}`: {source}")]
     Start {
         /// Its name.
         start: String,
@@ -48,7 +48,7 @@ pub enum LiveError {
     },
     /// No simulation of a model with families goes from a start.
     #[cfg(feature = "families")]
-    #[error("the start `{start}` is refused: {source}")]
+    #[error("no motion begins at the start `{start}`: {source}")]
     FamilyStart {
         /// Its name.
         start: String,
@@ -79,6 +79,12 @@ pub enum LiveError {
         /// How many a page holds.
         most: usize,
     },
+    /// Two starts have one name, by which the page lets its reader choose.
+    #[error("two starts are called `{name}`; the page tells them apart by their names")]
+    TwoStarts {
+        /// The name.
+        name: String,
+    },
     /// An input of a start is infinite.
     #[error("the input `{name}` is {value}; a page needs a number")]
     Input {
@@ -102,6 +108,15 @@ pub enum LiveError {
         name: String,
         /// The names that there are.
         known: Vec<String>,
+    },
+    /// A count, or a list of numbers of any length, has no slider.
+    #[error(
+        "`{name}` is a count or a list of any length, which a page holds at its value; write a page for each \
+         value that is to be shown"
+    )]
+    Fixed {
+        /// Its name.
+        name: &'static str,
     },
     /// The ends of a slider are not two increasing numbers.
     #[error(

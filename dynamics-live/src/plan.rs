@@ -64,6 +64,7 @@ pub(crate) fn plan<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<
         values: (0..M::PARAMETERS.len()).map(|i| live.model.parameter(i).unwrap_or(f64::NAN)).collect(),
         inputs: M::INPUTS,
         starts: live.starts.iter().map(|(_, start)| start.inputs().as_slice()).collect(),
+        fixed: &[],
         ranges: &live.ranges,
         held: &live.held,
     };
@@ -79,7 +80,6 @@ pub(crate) fn plan<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<
         functions,
         sliders: sliders(&adjustable)?,
     };
-    end(live)?;
     live.starts.iter().try_for_each(|(name, start)| can_begin(live, name, start))?;
     Ok(plan)
 }
@@ -129,6 +129,8 @@ pub(crate) struct Adjustable<'a> {
     pub(crate) inputs: &'static [Quantity],
     /// The inputs of each start, NaN where they are not set.
     pub(crate) starts: Vec<&'a [f64]>,
+    /// Names of what a page holds at its value.
+    pub(crate) fixed: &'a [&'static str],
     pub(crate) ranges: &'a [(String, [f64; 2])],
     pub(crate) held: &'a [String],
 }
@@ -140,16 +142,20 @@ pub(crate) fn sliders(of: &Adjustable<'_>) -> Result<Vec<Slider>, LiveError> {
     let sliders = sliders.map(|value| Slider { value, range: None, held: false });
     let mut sliders: Vec<Slider> = sliders.collect();
     let quantities: Vec<&Quantity> = of.parameters.iter().chain(of.inputs).collect();
+    let called = |name: &str| match of.fixed.iter().find(|fixed| **fixed == field(name)) {
+        Some(fixed) => Err(LiveError::Fixed { name: fixed }),
+        None => called(name, &quantities),
+    };
     for (name, range) in of.ranges {
         if !(range[0] < range[1] && range.iter().all(|end| end.is_finite())) {
             return Err(LiveError::Range { name: name.clone(), range: *range });
         }
-        for i in called(name, &quantities)? {
+        for i in called(name)? {
             sliders[i].range = Some(*range);
         }
     }
     for name in of.held {
-        called(name, &quantities)?.into_iter().for_each(|i| sliders[i].held = true);
+        called(name)?.into_iter().for_each(|i| sliders[i].held = true);
     }
     for (i, slider) in sliders.iter().enumerate() {
         let name = quantities[i].name;
@@ -196,7 +202,7 @@ fn called(name: &str, quantities: &[&Quantity]) -> Result<Vec<usize>, LiveError>
 }
 
 /// Refuses a number that is not admissible.
-pub(crate) fn number_in(
+fn number_in(
     option: &'static str,
     value: f64,
     admissible: bool,
@@ -207,43 +213,61 @@ pub(crate) fn number_in(
 
 /// Method and accuracy at the beginning.
 fn method<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<(PageMethod, Option<f64>), LiveError> {
-    if let Some(tolerance) = live.tolerance {
-        let range = "between 1e-14 and 0.1";
-        number_in("the tolerance", tolerance, (1e-14..=0.1).contains(&tolerance), range)?;
-    }
-    if let Some(step) = live.step {
-        number_in("the step", step, step > 0.0 && step.is_finite(), "a positive number")?;
-    }
-    let accuracy = |given, remedy| Err(LiveError::Accuracy { given, remedy });
     let method = live.method.unwrap_or(match live.step {
         Some(_) => PageMethod::Rk4,
         None => PageMethod::DormandPrince,
     });
-    match (live.tolerance, live.step) {
-        (Some(_), Some(_)) => {
-            accuracy("`.tolerance(..)` and `.step(..)` are given for one motion", "drop one of them")
+    let usual = method.is_adaptive().then_some(DEFAULT_TOLERANCE);
+    let starts = live.starts.iter().map(|(name, start)| (name.as_str(), start.t())).collect();
+    let chosen = Chosen { tolerance: live.tolerance, step: live.step, until: live.until, starts };
+    Ok((method, accuracy(&chosen, method.is_adaptive(), usual)?))
+}
+
+/// What was chosen for the steps of a motion.
+pub(crate) struct Chosen<'a> {
+    pub(crate) tolerance: Option<f64>,
+    pub(crate) step: Option<f64>,
+    pub(crate) until: Option<f64>,
+    /// Names and times of the starts.
+    pub(crate) starts: Vec<(&'a str, f64)>,
+}
+
+/// The tolerance or the step at the beginning, after checks of all that was chosen.
+pub(crate) fn accuracy(
+    Chosen { tolerance, step, until, starts }: &Chosen<'_>,
+    is_adaptive: bool,
+    usual: Option<f64>,
+) -> Result<Option<f64>, LiveError> {
+    for (i, (name, _)) in starts.iter().enumerate() {
+        if starts[..i].iter().any(|(other, _)| other == name) {
+            return Err(LiveError::TwoStarts { name: (*name).to_owned() });
         }
-        (Some(_), None) if !method.is_adaptive() => accuracy(
+    }
+    if let Some(tolerance) = *tolerance {
+        let range = "between 1e-14 and 0.1";
+        number_in("the tolerance", tolerance, (1e-14..=0.1).contains(&tolerance), range)?;
+    }
+    if let Some(step) = *step {
+        number_in("the step", step, step > 0.0 && step.is_finite(), "a positive number")?;
+    }
+    if let Some(end) = *until {
+        let later = end.is_finite() && starts.iter().all(|(_, start)| end > *start);
+        number_in("the end of the motion", end, later, "a time after the start")?;
+    }
+    let refused = |given, remedy| Err(LiveError::Accuracy { given, remedy });
+    match (tolerance, step) {
+        (Some(_), Some(_)) => {
+            refused("`.tolerance(..)` and `.step(..)` are given for one motion", "drop one of them")
+        }
+        (Some(_), None) if !is_adaptive => refused(
             "`.tolerance(..)` is given, and the method has a fixed step",
             "give `.step(..)`, or `.method(..)` one that chooses its steps, as `methods::Dop853`",
         ),
-        (None, Some(_)) if method.is_adaptive() => accuracy(
+        (None, Some(_)) if is_adaptive => refused(
             "`.step(..)` is given, and the method chooses its steps",
             "give `.tolerance(..)`, or `.method(..)` one with a fixed step, as `methods::Rk4`",
         ),
-        (tolerance, step) => {
-            let usual = if method.is_adaptive() { Some(DEFAULT_TOLERANCE) } else { None };
-            Ok((method, tolerance.or(step).or(usual)))
-        }
-    }
-}
-
-fn end<M: SimulationModel + Portable>(live: &Live<'_, M>) -> Result<(), LiveError> {
-    match live.until {
-        Some(value) if !(value.is_finite() && live.starts.iter().all(|(_, start)| value > start.t())) => {
-            Err(LiveError::Number { option: "the end of the motion", value, range: "a time after the start" })
-        }
-        _ => Ok(()),
+        (tolerance, step) => Ok(tolerance.or(*step).or(usual)),
     }
 }
 

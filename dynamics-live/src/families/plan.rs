@@ -7,7 +7,7 @@ use dynamics_runtime::smooth::Pieces;
 
 use super::FamilyLive;
 use crate::error::LiveError;
-use crate::plan::{Adjustable, Slider, functions, number_in, sliders};
+use crate::plan::{Adjustable, Chosen, Slider, accuracy, functions, sliders};
 
 /// Tolerance of methods that choose their steps, where none is given.
 const DEFAULT_TOLERANCE: f64 = 1e-6;
@@ -41,12 +41,16 @@ pub(super) fn plan<M: PortableFamily>(live: &FamilyLive<'_, M>) -> Result<Family
         return Err(LiveError::Unknowns { model, unknowns, most: MOST_UNKNOWNS });
     }
     let (method, key) = method(live)?;
-    let accuracy = accuracy(live, method)?;
+    let starts = live.starts.iter().map(|(name, start)| (name.as_str(), start.t())).collect();
+    let chosen = Chosen { tolerance: live.tolerance, step: live.step, until: live.until, starts };
+    let usual = method.is_adaptive().then_some(DEFAULT_TOLERANCE);
+    let accuracy = accuracy(&chosen, method.is_adaptive(), usual)?;
     let adjustable = Adjustable {
         parameters: M::PARAMETERS,
         values: live.model.parameters(),
         inputs: M::INPUTS,
         starts: live.starts.iter().map(|(_, start)| start.inputs()).collect(),
+        fixed: &[M::COUNTS, M::NUMBERED].concat(),
         ranges: &live.ranges,
         held: &live.held,
     };
@@ -97,39 +101,6 @@ fn method<M: PortableFamily>(live: &FamilyLive<'_, M>) -> Result<(FamilyMethod, 
     };
     let refused = || LiveError::FamilyMethod { method: method.to_string() };
     key.map(|key| (method, key)).ok_or_else(refused)
-}
-
-/// The tolerance or the step at the beginning.
-fn accuracy<M: PortableFamily>(
-    live: &FamilyLive<'_, M>,
-    method: FamilyMethod,
-) -> Result<Option<f64>, LiveError> {
-    if let Some(tolerance) = live.tolerance {
-        let range = "between 1e-14 and 0.1";
-        number_in("the tolerance", tolerance, (1e-14..=0.1).contains(&tolerance), range)?;
-    }
-    if let Some(step) = live.step {
-        number_in("the step", step, step > 0.0 && step.is_finite(), "a positive number")?;
-    }
-    if let Some(end) = live.until {
-        let later = end.is_finite() && live.starts.iter().all(|(_, start)| end > start.t());
-        number_in("the end of the motion", end, later, "a time after the start")?;
-    }
-    let refused = |given, remedy| Err(LiveError::Accuracy { given, remedy });
-    match (live.tolerance, live.step) {
-        (Some(_), Some(_)) => {
-            refused("`.tolerance(..)` and `.step(..)` are given for one motion", "drop one of them")
-        }
-        (Some(_), None) if !method.is_adaptive() => refused(
-            "`.tolerance(..)` is given, and the method has a fixed step",
-            "give `.step(..)`, or `.method(..)` one that chooses its steps, as `methods::Dop853`",
-        ),
-        (None, Some(_)) if method.is_adaptive() => refused(
-            "`.step(..)` is given, and the method chooses its steps",
-            "give `.tolerance(..)`, or `.method(..)` one with a fixed step, as `methods::Rk4`",
-        ),
-        (tolerance, step) => Ok(tolerance.or(step).or(method.is_adaptive().then_some(DEFAULT_TOLERANCE))),
-    }
 }
 
 /// What the library's own simulation would refuse is refused with its error.

@@ -726,6 +726,10 @@ fn what_a_page_cannot_hold_is_refused_by_name() {
     let many = Bar { elements: 20_001, ..bar.clone() };
     let error = many.live(many.state().pull(0.0).build().unwrap()).to_html().unwrap_err();
     assert!(error.to_string().contains("20001 unknowns"), "{error}");
+    let error = bar.live(start()).range("elements", 10.0, 200.0).to_html().unwrap_err();
+    assert!(matches!(error, LiveError::Fixed { name: "elements" }), "{error}");
+    let error = bar.live(start()).first_start("rest").start("rest", start()).to_html().unwrap_err();
+    assert!(matches!(error, LiveError::TwoStarts { .. }), "{error}");
     let error = bar.live(start()).method(methods::Newmark).step(1e-3).to_html().unwrap_err();
     assert!(matches!(error, LiveError::FamilyMethod { .. }), "{error}");
 }
