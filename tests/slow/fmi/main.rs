@@ -4,7 +4,13 @@
 //! What needs a compiler of C, or Python with FMPy, is skipped with a line where there is none; under
 //! `DYNAMICS_FMPY=1` the latter is an error.
 
+#[path = "../c/compiler.rs"]
+#[allow(dead_code)]
+mod compiler;
+mod description;
 #[path = "../../models/double_pendulum.rs"]
 mod double_pendulum;
+mod fmpy;
+mod interface;
 mod models;
-mod thin;
+mod units;
