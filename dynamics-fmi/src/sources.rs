@@ -17,7 +17,8 @@ const HEADERS: [(&str, &str); 3] = [
     ("fmi3PlatformTypes.h", include_str!("headers/fmi3PlatformTypes.h")),
 ];
 
-/// Templates: `$` stands for the model's prefix, `%%` for it in capitals, `<<..>>` for texts of the model.
+/// Templates: `$` stands for the model's prefix, `%%` for it in capitals, `<<..>>` for texts of the model. Their
+/// names get the prefix, too, so that units can be linked together.
 const TEMPLATES: [(&str, &str); 7] = [
     ("fmu.h", include_str!("c/fmu.h")),
     ("fmu_values.c", include_str!("c/fmu_values.c")),
@@ -43,7 +44,7 @@ pub(crate) fn sources<M: SimulationModel + PrintedInC>(
         text
     };
     let mut all = plan.programs.clone();
-    all.extend(TEMPLATES.map(|(file, template)| (file.to_owned(), filled(template))));
+    all.extend(TEMPLATES.map(|(file, template)| (format!("{name}_{file}"), filled(template))));
     all.extend(HEADERS.map(|(file, text)| (file.to_owned(), text.to_owned())));
     all
 }

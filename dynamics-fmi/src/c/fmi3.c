@@ -1,7 +1,7 @@
 /* <<BANNER>> */
 /* Functions of FMI 3.0: instances, modes and values. A call that is refused changes nothing and says why
  * through the log. */
-#include "fmu.h"
+#include "$_fmu.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -308,12 +308,16 @@ static int modes_of_setting(fmi3ValueReference reference)
 {
   const int vr = (int)reference;
   int modes = 0;
-  if ((vr >= VR_Q) && (vr < VR_RATE_OF_Q)) {
-    modes = INSTANTIATED | INITIALIZATION;
-  } else if ((vr >= VR_PARAMETERS) && (vr < VR_INPUTS)) {
-    modes = INSTANTIATED | INITIALIZATION | EVENT | STEP;
-  } else if ((vr >= VR_INPUTS) && (vr < VR_MULTIPLIERS)) {
+  if (vr >= VR_MULTIPLIERS) {
+    modes = 0;
+  } else if (vr >= VR_INPUTS) {
     modes = INSTANTIATED | INITIALIZATION | EVENT | STEP | CONTINUOUS;
+  } else if (vr >= VR_PARAMETERS) {
+    modes = INSTANTIATED | INITIALIZATION | EVENT | STEP;
+  } else if (vr >= VR_RATE_OF_Q) {
+    modes = 0;
+  } else if (vr >= VR_Q) {
+    modes = INSTANTIATED | INITIALIZATION;
   } else {
     modes = 0;
   }

@@ -1,7 +1,7 @@
 /* <<BANNER>> */
 /* Functions of FMI 3.0 for what the model lacks: other types than doubles, clocks, structural parameters,
  * partitions. They return fmi3Error. */
-#include "fmu.h"
+#include "$_fmu.h"
 
 fmi3Status fmi3GetFloat32(fmi3Instance instance, const fmi3ValueReference valueReferences[],
   size_t nValueReferences, fmi3Float32 values[], size_t nValues)

@@ -1,6 +1,6 @@
 /* <<BANNER>> */
 /* Functions of FMI 3.0: saved states, and derivatives along a direction. */
-#include "fmu.h"
+#include "$_fmu.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -136,18 +136,20 @@ static int add_rate($_fmu_direction *d, fmi3ValueReference reference, double rat
 {
   const int vr = (int)reference;
   int fits = 1;
-  if (vr == VR_TIME) {
-    d->dt += rate;
-  } else if (vr < VR_U) {
-    d->dq[vr - VR_Q] += rate;
-  } else if (vr < VR_RATE_OF_Q) {
-    d->du[vr - VR_U] += rate;
-  } else if ((vr >= VR_PARAMETERS) && (vr < VR_INPUTS)) {
-    d->dp[vr - VR_PARAMETERS] += rate;
-  } else if ((vr >= VR_INPUTS) && (vr < VR_MULTIPLIERS)) {
-    d->dw[vr - VR_INPUTS] += rate;
-  } else {
+  if (vr >= VR_MULTIPLIERS) {
     fits = 0;
+  } else if (vr >= VR_INPUTS) {
+    d->dw[vr - VR_INPUTS] += rate;
+  } else if (vr >= VR_PARAMETERS) {
+    d->dp[vr - VR_PARAMETERS] += rate;
+  } else if (vr >= VR_RATE_OF_Q) {
+    fits = 0;
+  } else if (vr >= VR_U) {
+    d->du[vr - VR_U] += rate;
+  } else if (vr >= VR_Q) {
+    d->dq[vr - VR_Q] += rate;
+  } else {
+    d->dt += rate;
   }
   return fits;
 }

@@ -1,6 +1,6 @@
 /* <<BANNER>> */
 /* Functions of FMI 3.0: events, Model Exchange and Co-Simulation. */
-#include "fmu.h"
+#include "$_fmu.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* <<BANNER>> */
 /* Motions of an instance: projection to the constraints, and <<METHOD>> with its own
  * steps, which end at events that are asked for and where accelerations are not smooth. */
-#include "fmu.h"
+#include "$_fmu.h"
 
 #include <float.h>
 #include <math.h>

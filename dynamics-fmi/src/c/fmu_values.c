@@ -1,6 +1,6 @@
 /* <<BANNER>> */
 /* Values of the variables of an instance. */
-#include "fmu.h"
+#include "$_fmu.h"
 
 #include <math.h>
 #include <string.h>

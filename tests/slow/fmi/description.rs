@@ -57,11 +57,13 @@ fn check(unit: &Unit) {
     let root = document.root_element();
     assert!(root.has_tag_name("fmiModelDescription"));
     assert_eq!(root.attribute("fmiVersion"), Some("3.0"));
-    assert_eq!(root.attribute("variableNamingConvention"), Some("structured"));
+    let convention = if unit.structured { "structured" } else { "flat" };
+    assert_eq!(root.attribute("variableNamingConvention"), Some(convention));
+    let derivatives = if unit.directional { "true" } else { "false" };
     for interface in ["ModelExchange", "CoSimulation"] {
         let node = one(root, interface);
         assert_eq!(node.attribute("modelIdentifier"), Some(unit.prefix));
-        assert_eq!(node.attribute("providesDirectionalDerivatives"), Some("true"), "{}", unit.name);
+        assert_eq!(node.attribute("providesDirectionalDerivatives"), Some(derivatives), "{}", unit.name);
     }
     let (defined, types) = declared(root, unit);
     let mut names = BTreeSet::new();

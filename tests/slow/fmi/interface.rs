@@ -35,7 +35,11 @@ fn drive(unit: &Unit, compiler: &str, flags: &[&str]) -> (Vec<f64>, Vec<f64>) {
         .unwrap();
     files.push("interface.c".to_owned());
     let directional = format!("-DDIRECTIONAL={}_DIRECTIONAL", unit.prefix.to_uppercase());
-    if let Err(said) = compile(compiler, &folder, &[flags, &[directional.as_str()]].concat(), &files) {
+    let header = format!("-DUNIT=\"{}_fmu.h\"", unit.prefix);
+    // The only switched constraint here is released.
+    let held = format!("-DHELD={}", if unit.directional { unit.rows } else { 0 });
+    let flags = [flags, &[directional.as_str(), header.as_str(), held.as_str()]].concat();
+    if let Err(said) = compile(compiler, &folder, &flags, &files) {
         panic!("{compiler} in {}:\n{said}", folder.display());
     }
     let output = Command::new(folder.join("interface")).output().unwrap();

@@ -13,4 +13,5 @@ mod double_pendulum;
 mod fmpy;
 mod interface;
 mod models;
+mod refused;
 mod units;

@@ -202,3 +202,77 @@ impl Chain {
         sum
     }
 }
+
+/// A wagon on a spring, and a hook that may hold it.
+#[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
+#[coordinates(x: m)]
+#[units(mass: kg, stiffness: N / m, place: m)]
+pub(crate) struct Wagon {
+    pub(crate) mass: f64,
+    pub(crate) stiffness: f64,
+    pub(crate) place: f64,
+}
+
+#[dynamics]
+impl Wagon {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn spring(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.stiffness * q.x.powi(2)
+    }
+    #[holonomic(switched)]
+    fn hook(&self, q: &Coordinates<Self>) -> Expr {
+        q.x - self.place
+    }
+    #[event]
+    fn at_hook(&self, q: &Coordinates<Self>) -> Expr {
+        q.x - self.place
+    }
+}
+
+/// No parameters, no units, and a name that only the flat naming convention allows.
+#[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
+#[coordinates(größe)]
+pub(crate) struct Fmu {}
+
+#[dynamics]
+impl Fmu {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * q.größe.dt().powi(2)
+    }
+    #[potential]
+    fn well(&self, q: &Coordinates<Self>) -> Expr {
+        1.0 - q.größe.cos()
+    }
+}
+
+/// Names that are used twice: of a parameter and the time, of an output and the energy.
+#[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
+#[coordinates(x)]
+pub(crate) struct Twice {
+    pub(crate) time: f64,
+    pub(crate) turn: [[f64; 2]; 2],
+}
+
+#[dynamics]
+impl Twice {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.time * q.x.dt().powi(2)
+    }
+    #[potential]
+    fn potential(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * (self.turn[0][0] + self.turn[0][1] + self.turn[1][0] + self.turn[1][1]) * q.x.powi(2)
+    }
+    #[output]
+    fn kinetic_energy(&self, q: &Coordinates<Self>) -> Expr {
+        2.0 * q.x
+    }
+}

@@ -9,7 +9,7 @@ use dynamics::model::{ModelState, Parameters, PrintedInC, SimulationModel, State
 use dynamics::prelude::*;
 
 use crate::double_pendulum::DoublePendulum;
-use crate::models::{Ball, CartPole, Chain, Masses, SliderCrank};
+use crate::models::{Ball, CartPole, Chain, Fmu, Masses, SliderCrank, Twice, Wagon};
 
 /// Tolerance of all units, and of the comparison.
 pub(crate) const TOLERANCE: f64 = 1e-7;
@@ -52,6 +52,9 @@ pub(crate) struct Unit {
     pub(crate) derivatives: Vec<f64>,
     pub(crate) runs: Vec<Run>,
     pub(crate) rows: usize,
+    /// Whether there are derivatives along a direction, and names of the structured convention.
+    pub(crate) directional: bool,
+    pub(crate) structured: bool,
 }
 
 impl Unit {
@@ -129,7 +132,16 @@ fn run<M: SimulationModel + Parameters + Clone>(
     let (found, end) = (coarse.end(), motion.end());
     let own =
         apart(found.q().as_slice(), end.q().as_slice()).max(apart(found.u().as_slice(), end.u().as_slice()));
+    let changed = changed.into_iter().map(|(name, x)| (in_unit(M::NAME, "parameter", &name), x)).collect();
     Run { about, changed, jump, own, times: TIMES.to_vec(), values, events }
+}
+
+/// The name of a quantity in a unit: another one where names are used twice, and other indices of matrices.
+fn in_unit(unit: &str, role: &str, name: &str) -> String {
+    match name {
+        "time" | "kinetic_energy" if unit.eq_ignore_ascii_case("twice") => format!("{role}.{name}"),
+        name => name.replace("][", ","),
+    }
 }
 
 /// A model as a unit, with motions as it is, with changed parameters, and where there is an input with one
@@ -158,7 +170,7 @@ fn unit<M: SimulationModel + Parameters + PrintedInC + Clone>(
     compared.extend(names(&mut names::velocities::<M>()));
     let states = compared.len();
     compared.push("energy".to_owned());
-    compared.extend(M::OUTPUTS.iter().map(|output| output.name.to_owned()));
+    compared.extend(M::OUTPUTS.iter().map(|output| in_unit(name, "output", output.name)));
     let accelerations = model.accelerations(&start);
     let accelerations = match accelerations {
         Ok(found) if M::ROWS.is_empty() => found,
@@ -173,6 +185,8 @@ fn unit<M: SimulationModel + Parameters + PrintedInC + Clone>(
         derivatives: [start.u().as_slice(), accelerations.as_slice()].concat(),
         runs,
         rows: M::ROWS.len(),
+        directional: M::CONSTRAINTS.iter().all(|constraint| constraint.switched.is_none()),
+        structured: M::COORDINATES.iter().all(|coordinate| coordinate.name.is_ascii()),
     }
 }
 
@@ -221,5 +235,14 @@ fn all() -> Vec<Unit> {
     let model = Chain { cart: 2.0, mass: 0.3, length: 0.25, g: 9.81 };
     let start = model.state().theta([0.2, 0.15, 0.1, 0.05, 0.0, 0.0, -0.05, -0.1]).build().unwrap();
     all.push(unit("chain", methods::Dop853, (&model, start), &[("cart", 0.5), ("length", 0.3)]));
+    let model = Wagon { mass: 1.0, stiffness: 4.0, place: 0.5 };
+    let start = model.state().x(-1.0).release("hook").build().unwrap();
+    all.push(unit("wagon", methods::DormandPrince5, (&model, start), &[("stiffness", 9.0)]));
+    let model = Fmu {};
+    let start = model.state().größe(1.0).build().unwrap();
+    all.push(unit("plain", methods::DormandPrince5, (&model, start), &[]));
+    let model = Twice { time: 2.0, turn: [[1.0, 2.0], [3.0, 4.0]] };
+    let start = model.state().x(1.0).build().unwrap();
+    all.push(unit("twice", methods::Dop853, (&model, start), &[("time", 1.0), ("turn[1][0]", 5.0)]));
     all
 }
