@@ -41,6 +41,8 @@ pub struct Waves;
 pub struct LivePages;
 #[doc = page!("../../docs/guide/c.md")]
 pub struct C;
+#[doc = page!("../../docs/guide/fmi.md")]
+pub struct Fmi;
 #[doc = page!("../../docs/reference/language.md")]
 pub struct Language;
 
