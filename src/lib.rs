@@ -65,6 +65,9 @@ pub use dynamics_export as export;
 #[cfg(feature = "families")]
 #[doc(inline)]
 pub use dynamics_families as families;
+#[cfg(feature = "fmi")]
+#[doc(inline)]
+pub use dynamics_fmi as fmi;
 #[cfg(any(feature = "cuda", feature = "wgpu"))]
 #[doc(inline)]
 pub use dynamics_gpu as gpu;
@@ -130,6 +133,8 @@ pub mod prelude {
     pub use dynamics_families::model::{FamilyModel as _, FamilyState as _};
     #[cfg(feature = "families")]
     pub use dynamics_families::{Every, SimulateFamilies as _};
+    #[cfg(feature = "fmi")]
+    pub use dynamics_fmi::ExportFmu as _;
     #[cfg(all(feature = "live", feature = "families"))]
     pub use dynamics_live::{FamilyLive, OpenFamilyLive as _};
     #[cfg(feature = "live")]

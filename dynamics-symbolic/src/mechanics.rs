@@ -23,6 +23,7 @@ mod articulated_bodies;
 mod bodies;
 mod constraints;
 mod derive;
+mod directions;
 mod equations;
 mod forces;
 mod inverse;
@@ -40,6 +41,7 @@ mod velocity_form;
 pub use crate::algebra::{Elimination, Guard, Guarded, Unrolled};
 pub(crate) use constraints::reaction;
 pub use derive::{derive, derive_on, momentum_rates, output_variations, residual, variations};
+pub use directions::directions;
 pub use equations::{
     ConservedKind, ConservedQuantity, ConstraintDerivatives, ConstraintEquations, Derivation, Equations,
     General, Jacobians, Named, NoDerivatives, NoSpeedForm, Pivot, Released, Solution, SpeedEquations,

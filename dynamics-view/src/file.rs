@@ -49,6 +49,8 @@ pub enum Content {
     Table,
     /// A JSON value in every line.
     JsonLines,
+    /// A functional mock-up unit.
+    Unit,
 }
 
 /// The formats of charts.
@@ -66,6 +68,7 @@ impl Content {
             Self::Page => &["html", "htm"],
             Self::Table => &["csv", "txt"],
             Self::JsonLines => &["jsonl", "json"],
+            Self::Unit => &["fmu"],
         }
     }
 
@@ -78,6 +81,7 @@ impl Content {
             Self::Svg => format!("this method writes charts as `.svg`, not as `.{extension}`"),
             Self::Page => format!("pages and animations are written as `.html`, not as `.{extension}`"),
             Self::Table => format!("tables are written as `.csv`, not as `.{extension}`"),
+            Self::Unit => format!("functional mock-up units are written as `.fmu`, not as `.{extension}`"),
             Self::JsonLines => format!("lines of JSON are written as `.jsonl`, not as `.{extension}`"),
         }
     }

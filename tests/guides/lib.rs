@@ -43,6 +43,8 @@ pub struct LivePages;
 pub struct C;
 #[doc = page!("../../docs/guide/gpu.md")]
 pub struct Gpu;
+#[doc = page!("../../docs/guide/fmi.md")]
+pub struct Fmi;
 #[doc = page!("../../docs/reference/language.md")]
 pub struct Language;
 

@@ -84,7 +84,8 @@ pub fn plain(quantities: &'static [Quantity]) -> impl Iterator<Item = Column> {
 
 /// `lambda[closure.x]` in the unit of a generalized force for the row: λ·Φ is an energy, λ·(A q̇ + b) a
 /// power.
-pub(crate) fn multipliers<M: Constraints + Outputs>() -> impl Iterator<Item = Column> {
+/// Multipliers of the constraints, as `lambda[closure.x]`.
+pub fn multipliers<M: Constraints + Outputs>() -> impl Iterator<Item = Column> {
     let (english, known) = (is_english::<M>(), !time_unit::<M>().is_empty());
     M::ROWS.iter().enumerate().map(move |(row, quantity)| {
         let per_time = row >= M::Residual::LEN;

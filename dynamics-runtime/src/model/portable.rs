@@ -91,6 +91,11 @@ pub struct ProgramsInC {
     pub programs: &'static str,
     /// Length of the array of constants.
     pub constants: usize,
+    /// For each result of `_kinks` the number of the smooth function whose argument it is, in the order of
+    /// [`Portable::FUNCTIONS`]; `None` for what changes its sign.
+    pub kink_functions: &'static [Option<usize>],
+    /// Whether there is a function `_directional`.
+    pub directional: bool,
     /// Whether sines and cosines in Rust are those of the platform, by `#[model(sin_cos = accurate)]`.
     pub accurate: bool,
     /// What stands against it, in words; then the texts are empty.

@@ -1,6 +1,8 @@
 //! Which programs other languages get, and under which names.
 
-use super::{Compiled, ConstraintPrograms, Programs};
+use super::{Compiled, ConstraintPrograms, MOST_VARIATION_OPERATIONS, Programs, fitting};
+use crate::graph::NodeId;
+use crate::mechanics::{Model, directions};
 use crate::schedule::Program;
 use crate::text::{self, ForC, InC, InWgsl, PlainProgram, Portable};
 
@@ -68,15 +70,35 @@ impl Compiled {
         let energies =
             [Some(energy_function), programs.kinetic_energy.as_ref(), programs.potential_energy.as_ref()];
         let released = constraints.iter().flat_map(|of| &of.released);
+        let energies: Vec<&Program> = energies.into_iter().flatten().collect();
+        let mut model = self.model.clone();
+        let directional = self.directional(&mut model, &energies);
         let printed = ForC {
             listing: &self.listing,
             accelerations,
-            energies: energies.into_iter().flatten().collect(),
+            energies,
             named,
+            directional: directional.as_ref(),
             kink_functions: &programs.kinks.functions,
             correction: constraints.as_ref().and_then(|of| of.correction.as_ref()),
             released: released.map(|of| (&of.accelerations, &of.correction)).collect(),
         };
-        text::c(&self.model, &self.equations, &printed)
+        text::c(&model, &self.equations, &printed)
+    }
+
+    /// Rates of q̈, λ, energies, outputs, events and kinks along a direction, on a copy of the model whose
+    /// graph gets them; `None` where they are too large, or ask smooth functions for more than these give.
+    fn directional(&self, model: &mut Model, energies: &[&Program]) -> Option<Program> {
+        let Programs { outputs, events, kinks, .. } = &self.programs;
+        let values = [
+            energies.iter().flat_map(|program| program.results.clone()).collect(),
+            // Checks of pivots stand behind outputs and events.
+            outputs.results[..self.equations.outputs.len()].to_vec(),
+            events.results[..self.equations.events.len()].to_vec(),
+            kinks.program.results.clone(),
+        ];
+        let values: Vec<NodeId> = values.concat();
+        let all = directions(model, &self.equations, &values)?;
+        fitting(&model.graph, "directional", &all, MOST_VARIATION_OPERATIONS)
     }
 }

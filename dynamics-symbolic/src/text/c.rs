@@ -2,8 +2,9 @@
 //!
 //! The functions allocate nothing, have no state and print nothing. Arguments are pointers to arrays: `p`
 //! parameters, `k` what was computed from them once, `t`, `q`, `u`, `w` inputs, `m` modes of switched
-//! constraints, `a` accelerations, `l` multipliers, `r` right-hand sides of rows, `out` results. A function has those that its kind of
-//! program can read; where the model has none, as inputs, all functions lack the argument.
+//! constraints, `a` accelerations, `l` multipliers, `r` right-hand sides of rows, `dt`, `dq`, `du`, `dw`, `dp`
+//! rates along a direction, `out` results. A function has those that its kind of program can read; where the
+//! model has none, as inputs, all functions lack the argument.
 //!
 //! The texts are templates: `@` stands for the suffix of numbers and of functions of `<math.h>`, which is
 //! empty for doubles and `f` for floats.
@@ -35,6 +36,10 @@ pub struct InC {
     pub programs: String,
     /// Length of the array of constants.
     pub constants: usize,
+    /// For each kink the number of the smooth function whose argument it is; `None` for what changes its sign.
+    pub kink_functions: Vec<Option<usize>>,
+    /// Whether there are derivatives along a direction.
+    pub directional: bool,
     /// What stands against it, in words; then the texts are empty.
     pub obstacles: Vec<String>,
 }
@@ -50,6 +55,8 @@ pub struct ForC<'a> {
     pub energies: Vec<&'a Program>,
     /// Those that every model has, by name: without results where there is nothing to compute.
     pub named: Vec<(PlainProgram, &'a Program)>,
+    /// Rates of q̈, λ, energies, outputs, events and kinks along a direction; `None` where it was left out.
+    pub directional: Option<&'a Program>,
     /// For each kink the function whose argument it is; `None` for what changes its sign.
     pub kink_functions: &'a [Option<FunctionId>],
     /// δ and guards, with all constraints; `None` without constraints, and where it is too large.
@@ -119,6 +126,7 @@ pub fn c(model: &Model, equations: &Equations, programs: &ForC<'_>) -> InC {
     let mut declared = vec![printer.constants(&staged)];
     declared.extend(printer.solving());
     declared.extend(printer.plain());
+    declared.extend(printer.directional());
     let texts: Vec<&str> = declared.iter().map(|function| function.text.as_str()).collect();
     let text = texts.join("\n");
     InC {
@@ -126,6 +134,8 @@ pub fn c(model: &Model, equations: &Equations, programs: &ForC<'_>) -> InC {
         support: format!("typedef {name}_real real;\n\n{}", support::support(&name, &text)),
         programs: text,
         constants: staged.constants.len(),
+        kink_functions: programs.kink_functions.iter().map(|of| of.map(|id| id.0 as usize)).collect(),
+        directional: programs.directional.is_some(),
         name,
         obstacles,
     }
@@ -223,6 +233,24 @@ fn defined(step: &Step) -> impl Iterator<Item = NodeId> {
     all.into_iter()
 }
 
+/// A symbol behind the model's own, which is a rate along a direction
+/// ([`directions`](crate::mechanics::directions)).
+fn rate(model: &Model, symbol: Symbol) -> Option<String> {
+    let behind = |array: &str, count: usize| {
+        let index = (symbol.number()? as usize).checked_sub(count)?;
+        Some(format!("{array}[{index}]"))
+    };
+    let n = model.coordinates.len();
+    match symbol {
+        Symbol::Coordinate(i) if i as usize == 2 * n => Some("dt".to_owned()),
+        Symbol::Coordinate(_) => behind("dq", n),
+        Symbol::Rate(_) => behind("du", n),
+        Symbol::Input(_) => behind("dw", model.inputs.len()),
+        Symbol::Parameter(_) => behind("dp", model.parameters.len()),
+        _ => None,
+    }
+}
+
 /// The language.
 #[derive(Clone)]
 struct C<'a> {
@@ -244,7 +272,10 @@ impl C<'_> {
 }
 
 impl Target for C<'_> {
-    fn symbol(&self, _model: &Model, symbol: Symbol) -> Text {
+    fn symbol(&self, model: &Model, symbol: Symbol) -> Text {
+        if let Some(rate) = rate(model, symbol) {
+            return Text::atom(rate);
+        }
         match symbol {
             Symbol::Multiplier(i) if self.right => Text::atom(format!("r[{i}]")),
             _ => Text::atom(element(symbol)),

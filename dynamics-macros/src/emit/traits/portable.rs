@@ -46,7 +46,12 @@ impl Emission<'_> {
             return TokenStream::new();
         }
         let (model, private, accurate) = (&self.surface.target, &self.private, self.surface.accurate);
-        let InC { name, header, support, programs, constants, obstacles } = self.compiled.in_c();
+        let InC { name, header, support, programs, constants, kink_functions, directional, obstacles } =
+            self.compiled.in_c();
+        let kink_functions = kink_functions.iter().map(|function| match function {
+            Some(function) => quote!(#private::Option::Some(#function)),
+            None => quote!(#private::Option::None),
+        });
         quote! {
             #private::if_alloc! {
                 impl #private::PrintedInC for #model {
@@ -56,6 +61,8 @@ impl Emission<'_> {
                         support: #support,
                         programs: #programs,
                         constants: #constants,
+                        kink_functions: &[#(#kink_functions),*],
+                        directional: #directional,
                         accurate: #accurate,
                         obstacles: &[#(#obstacles),*],
                     };

@@ -38,6 +38,7 @@ pub(super) fn header(name: &str, printer: &Printer<'_>, declared: &[Declared]) -
         ("OUTPUTS", equations.outputs.len()),
         ("EVENTS", equations.events.len()),
         ("KINKS", count(PlainProgram::Kinks)),
+        ("DIRECTIONAL", programs.directional.map_or(0, |program| program.results.len())),
     ];
     let sizes: String = sizes.map(|(what, size)| format!("#define {upper}_{what} {size}\n")).concat();
     let heads: String = declared
@@ -59,7 +60,7 @@ pub(super) fn header(name: &str, printer: &Printer<'_>, declared: &[Declared]) -
          #endif\n\n\
          /* Of the listing of the model: another model has another number. */\n\
          #define {upper}_VERSION 0x{version:016x}ULL\n\n\
-         /* Functions lack arguments of size 0, but for p and k, which may be NULL then. Functions without\n\
+         /* Functions lack arguments of size 0, but for p, dp and k, which may be NULL then. Functions without\n\
          \x20* results do not exist. */\n\
          {sizes}\n\
          /* What functions with a status return. Unless it is OK, their results mean nothing. */\n\

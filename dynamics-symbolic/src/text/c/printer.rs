@@ -238,6 +238,23 @@ impl Printer<'_> {
         all
     }
 
+    /// `NAME_directional`.
+    pub(super) fn directional(&self) -> Option<Declared> {
+        let program = self.programs.directional?;
+        let about = "out: how fast accelerations, multipliers, energies, outputs, events and kinks change \
+                     where t, q, u, inputs and parameters change as fast as dt, dq, du, dw and dp say: \
+                     derivatives along a direction. a and l are those of the state.";
+        let solution: &[&str] = if self.rows() > 0 {
+            &["a", "l", "dt", "dq", "du", "dw", "dp"]
+        } else {
+            &["dt", "dq", "du", "dw", "dp"]
+        };
+        let into: &[(&str, usize)] = &[("out", program.results.len())];
+        let check = Check::Nothing;
+        let request = Request { about, name: "directional", given: solution, into, check, local: false };
+        Some(self.function(program, &request))
+    }
+
     /// The names of a function's arguments, in order.
     fn arguments<'b>(&self, request: &Request<'b>) -> Vec<&'b str> {
         let model = self.model;
@@ -245,10 +262,11 @@ impl Printer<'_> {
         let known = |name: &str| match name {
             "p" | "t" | "q" | "u" => true,
             "w" => !model.inputs.is_empty(),
+            "dw" => !model.inputs.is_empty() && request.given.contains(&name),
             "m" => self.switched() > 0,
             name => request.given.contains(&name) || into().any(|other| other == name),
         };
-        let all = ["p", "k", "t", "q", "u", "w", "m", "a", "l", "r", "out"];
+        let all = ["p", "k", "t", "q", "u", "w", "m", "a", "l", "r", "dt", "dq", "du", "dw", "dp", "out"];
         all.into_iter().filter(|name| known(name)).collect()
     }
 
@@ -258,7 +276,7 @@ impl Printer<'_> {
         let arguments = self.arguments(request).into_iter().map(|argument| {
             let is_result = request.into.iter().any(|(other, _)| *other == argument);
             match argument {
-                "t" => format!("{real} t"),
+                "t" | "dt" => format!("{real} {argument}"),
                 _ if is_result => format!("{real} *{restrict} {argument}"),
                 _ => format!("const {real} *{restrict} {argument}"),
             }

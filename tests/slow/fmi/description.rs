@@ -1,0 +1,168 @@
+//! `modelDescription.xml` against the rules of the standard (FMI 3.0.2, sections 2.4 and 3.3).
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use roxmltree::{Document, Node};
+
+use crate::units::{Unit, units};
+
+fn children<'a>(node: Node<'a, 'a>, tag: &'static str) -> impl Iterator<Item = Node<'a, 'a>> {
+    node.children().filter(move |child| child.has_tag_name(tag))
+}
+
+fn one<'a>(node: Node<'a, 'a>, tag: &'static str) -> Node<'a, 'a> {
+    let all: Vec<_> = children(node, tag).collect();
+    assert_eq!(all.len(), 1, "{tag}");
+    all[0]
+}
+
+fn reference(node: Node<'_, '_>, attribute: &str) -> usize {
+    node.attribute(attribute).unwrap_or_else(|| panic!("{attribute}")).parse().unwrap()
+}
+
+/// Value references in a list of the model's structure, each once.
+fn listed(structure: Node<'_, '_>, tag: &'static str) -> BTreeSet<usize> {
+    let mut all = BTreeSet::new();
+    for unknown in structure.children().filter(|child| child.has_tag_name(tag)) {
+        assert!(all.insert(reference(unknown, "valueReference")), "{tag} twice");
+        let count = |name| unknown.attribute(name).map(|text| text.split_whitespace().count());
+        assert_eq!(count("dependencies"), count("dependenciesKind"), "{tag}");
+    }
+    all
+}
+
+/// Units and types that are declared.
+fn declared(root: Node<'_, '_>, unit: &Unit) -> (BTreeSet<String>, BTreeMap<String, String>) {
+    let names = |tag: &'static str, of: &'static str| {
+        let all =
+            root.children().filter(move |child| child.has_tag_name(tag)).flat_map(|node| node.children());
+        all.filter(move |child| child.has_tag_name(of))
+    };
+    let name = |node: Node<'_, '_>| node.attribute("name").unwrap().to_owned();
+    let defined: Vec<String> = names("UnitDefinitions", "Unit").map(name).collect();
+    let all: BTreeSet<String> = defined.iter().cloned().collect();
+    assert_eq!(all.len(), defined.len(), "{}: units twice", unit.name);
+    for node in names("UnitDefinitions", "Unit") {
+        // All units of these models are known.
+        assert!(node.children().any(|child| child.has_tag_name("BaseUnit")), "{}", name(node));
+    }
+    let types = names("TypeDefinitions", "Float64Type");
+    let types = types.map(|node| (name(node), node.attribute("unit").unwrap().to_owned()));
+    (all, types.collect())
+}
+
+fn check(unit: &Unit) {
+    let text = unit.text("modelDescription.xml");
+    let document = Document::parse(text).unwrap();
+    let root = document.root_element();
+    assert!(root.has_tag_name("fmiModelDescription"));
+    assert_eq!(root.attribute("fmiVersion"), Some("3.0"));
+    let convention = if unit.structured { "structured" } else { "flat" };
+    assert_eq!(root.attribute("variableNamingConvention"), Some(convention));
+    let derivatives = if unit.directional { "true" } else { "false" };
+    for interface in ["ModelExchange", "CoSimulation"] {
+        let node = one(root, interface);
+        assert_eq!(node.attribute("modelIdentifier"), Some(unit.prefix));
+        assert_eq!(node.attribute("providesDirectionalDerivatives"), Some(derivatives), "{}", unit.name);
+    }
+    let (defined, types) = declared(root, unit);
+    let mut names = BTreeSet::new();
+    let variables: Vec<_> = one(root, "ModelVariables").children().filter(Node::is_element).collect();
+    let mut by_causality: BTreeMap<&str, BTreeSet<usize>> = BTreeMap::new();
+    let (mut derivatives, mut calculated) = (BTreeMap::new(), BTreeSet::new());
+    for (i, &variable) in variables.iter().enumerate() {
+        assert!(variable.has_tag_name("Float64"));
+        assert_eq!(reference(variable, "valueReference"), i, "references count the variables");
+        let name = variable.attribute("name").unwrap();
+        assert!(names.insert(name), "{name} twice");
+        let causality = variable.attribute("causality").unwrap();
+        by_causality.entry(causality).or_default().insert(i);
+        let initial = variable.attribute("initial");
+        let has_start = initial == Some("exact") || causality == "input";
+        assert_eq!(variable.attribute("start").is_some(), has_start, "{name}");
+        if let Some(start) = variable.attribute("start") {
+            assert!(start.parse::<f64>().unwrap().is_finite(), "{name}");
+        }
+        if initial == Some("calculated") {
+            calculated.insert(i);
+        }
+        let variability = if causality == "parameter" { "tunable" } else { "continuous" };
+        assert_eq!(variable.attribute("variability"), Some(variability), "{name}");
+        if let Some(of) = variable.attribute("unit") {
+            assert!(defined.contains(of), "{name}: {of}");
+            let typed = variable.attribute("declaredType").map(|name| types[name].as_str());
+            assert!(typed.is_none_or(|unit| unit == of), "{name}");
+        }
+        if variable.attribute("derivative").is_some() {
+            let state = reference(variable, "derivative");
+            assert_eq!(name, format!("der({})", variables[state].attribute("name").unwrap()));
+            assert!(derivatives.insert(state, i).is_none(), "two derivatives of {state}");
+        }
+    }
+    assert_eq!(by_causality["independent"].len(), 1);
+    assert_eq!(derivatives.len(), unit.states, "{}", unit.name);
+    for name in &unit.compared {
+        assert!(names.contains(name.as_str()), "{}: {name}", unit.name);
+    }
+    let structure = one(root, "ModelStructure");
+    assert_eq!(listed(structure, "Output"), by_causality["output"], "{}", unit.name);
+    let listed_derivatives = listed(structure, "ContinuousStateDerivative");
+    assert_eq!(listed_derivatives, derivatives.values().copied().collect(), "{}", unit.name);
+    let indicators = listed(structure, "EventIndicator");
+    let unknown: BTreeSet<usize> = calculated.difference(&indicators).copied().collect();
+    assert_eq!(listed(structure, "InitialUnknown"), unknown, "{}", unit.name);
+    let reactions = names.iter().filter(|name| name.starts_with("lambda.")).count();
+    assert_eq!(reactions, unit.rows, "{}", unit.name);
+}
+
+#[test]
+fn descriptions_follow_the_standard() {
+    units().iter().for_each(check);
+}
+
+#[test]
+fn variables_have_names_units_and_descriptions() {
+    let all = units();
+    let text = |name: &str| all.iter().find(|unit| unit.name == name).unwrap().text("modelDescription.xml");
+    let masses = text("masses");
+    assert!(masses.contains("name=\"der(x_rate[1])\""), "{masses}");
+    assert!(masses.contains("name=\"stiffness[2]\""), "{masses}");
+    assert!(masses.contains("description=\"The masses, from left to right.\""), "{masses}");
+    assert!(masses.contains("<Unit name=\"N*s/m\"><BaseUnit kg=\"1\" s=\"-1\"/></Unit>"), "{masses}");
+    assert!(masses.contains("<Unit name=\"(m/s)/s\"") || masses.contains("<Unit name=\"m/s^2\""), "{masses}");
+    let cart = text("cart_pole");
+    assert!(cart.contains("description=\"A cart with a bob &amp; an &lt;input&gt;.\""), "{cart}");
+    assert!(cart.contains("causality=\"input\" variability=\"continuous\" start=\"0.5\""), "{cart}");
+    assert!(cart.contains("<DisplayUnit name=\"deg\" factor=\"57.29577951308232\"/>"), "{cart}");
+    let crank = text("slider_crank");
+    assert!(crank.contains("name=\"lambda.closure.y\""), "{crank}");
+    assert!(crank.contains("reinit=\"true\""), "{crank}");
+    let ball = text("ball");
+    for name in ["apex", "crosses_line", "kink[0]", "kink[1]"] {
+        assert!(ball.contains(&format!("name=\"{name}\"")), "{ball}");
+    }
+}
+
+#[test]
+fn builds_name_all_sources() {
+    for unit in units() {
+        let document = Document::parse(unit.text("sources/buildDescription.xml")).unwrap();
+        let build = one(document.root_element(), "BuildConfiguration");
+        assert_eq!(build.attribute("modelIdentifier"), Some(unit.prefix));
+        let files = one(build, "SourceFileSet");
+        assert_eq!(files.attribute("language"), Some("C99"));
+        let named: BTreeSet<String> = children(files, "SourceFile")
+            .map(|file| format!("sources/{}", file.attribute("name").unwrap()))
+            .collect();
+        let there: BTreeSet<String> =
+            unit.files.iter().map(|file| file.name.clone()).filter(|name| name.ends_with(".c")).collect();
+        assert_eq!(named, there);
+        // Nothing of the templates is left.
+        for file in unit.files.iter().filter(|file| file.name.starts_with("sources/")) {
+            let text = std::str::from_utf8(&file.bytes).unwrap();
+            assert!(!text.contains("<<") && !text.contains("%%") && !text.contains('$'), "{}", file.name);
+        }
+        assert!(unit.text("documentation/index.html").to_lowercase().contains("<!doctype html>"));
+        assert!(unit.text("documentation/licenses/fmi-headers.txt").contains("2-Clause BSD License"));
+    }
+}
