@@ -128,25 +128,32 @@ impl Job<'_> {
     ) -> Result<Vec<Rows>, EnsembleError> {
         /// Blocks of each core, above which blocks are not divided between cores.
         const BLOCKS_OF_CORE: usize = 4;
-        let runs: usize = blocks.iter().map(|block| self.partition.runs_of(*block).len()).sum();
-        let length = if blocks.len() >= BLOCKS_OF_CORE * threads.unwrap_or_else(all_cores) {
-            self.partition.block
-        } else if self.maker.is_in_lanes() {
-            side_by_side_length(runs, threads)
-        } else {
-            1
+        let cores = threads.unwrap_or_else(all_cores);
+        let is_divided = cores > 1 && blocks.len() < BLOCKS_OF_CORE * cores;
+        let length = match self.maker.is_in_lanes() {
+            // Each run alone, so that progress is shown after each.
+            false => 1,
+            true if is_divided => {
+                let runs = blocks.iter().map(|block| self.partition.runs_of(*block).len()).sum();
+                side_by_side_length(runs, threads)
+            }
+            true => self.partition.block,
         };
-        let one = |place: usize| self.make_block(blocks[place], length, bar);
-        let made = shared(blocks.len(), threads, one).map_err(EnsembleError::Threads)?;
+        let one = |place: usize| self.make_block(blocks[place], length, is_divided, bar);
+        let made = match cores {
+            1 => (0..blocks.len()).map(one).collect(),
+            _ => shared(blocks.len(), threads, one).map_err(EnsembleError::Threads)?,
+        };
         let made = made.into_iter().collect::<Result<Vec<_>, _>>()?;
         Ok(made.into_iter().flatten().collect())
     }
 
-    /// Makes a block, this many runs at once, by the cores that have nothing else to do.
+    /// Makes a block, this many runs at once. If it is divided, cores that have nothing else to do help.
     fn make_block(
         &self,
         block: usize,
         length: usize,
+        is_divided: bool,
         bar: &ProgressBar,
     ) -> Result<Option<Rows>, EnsembleError> {
         let runs = self.partition.runs_of(block);
@@ -155,11 +162,9 @@ impl Job<'_> {
             self.make_runs(from..(from + length).min(runs.end), bar)
         };
         let parts = runs.len().div_ceil(length);
-        // A block that is not divided needs no one else.
-        let parts = if parts == 1 {
-            vec![part(0)]
-        } else {
-            shared(parts, None, part).map_err(EnsembleError::Threads)?
+        let parts = match is_divided {
+            true => shared(parts, None, part).map_err(EnsembleError::Threads)?,
+            false => (0..parts).map(part).collect(),
         };
         let mut rows = Rows { runs: runs.start..runs.start, ..Rows::default() };
         for part in parts {

@@ -101,12 +101,12 @@ impl Mpi {
             // A thread that panics ends the process.
             queue.lock().ok().filter(|_| !stopped).and_then(|mut queue| queue.next())
         };
-        let is_done = AtomicBool::new(false);
+        let (is_done, threads) = (AtomicBool::new(false), self.threads);
         let own = std::thread::scope(|scope| {
             let own = scope.spawn(|| {
                 let mut result = Ok(());
                 while let Some(block) = next().filter(|_| result.is_ok()) {
-                    result = job.make_blocks(&[block], Some(self.threads), &bar).map(|_| ());
+                    result = job.make_blocks(&[block], Some(threads), &bar).map(|_| ());
                     if result.is_err() {
                         job.stopped.store(true, Ordering::Relaxed);
                     }

@@ -4,7 +4,10 @@ use dynamics::ensembles::{EnsembleError, EnsembleTable};
 
 use super::{Folder, bytes, ensemble};
 
-const ENDINGS: &[&str] = &["csv", "npy"];
+#[cfg(not(feature = "parquet"))]
+pub(super) const ENDINGS: &[&str] = &["csv", "npy"];
+#[cfg(feature = "parquet")]
+pub(super) const ENDINGS: &[&str] = &["csv", "npy", "parquet"];
 
 fn assert_same(a: &EnsembleTable, b: &EnsembleTable, what: &str) {
     let all = |table: &EnsembleTable| -> Vec<(usize, Vec<u64>)> {

@@ -12,7 +12,7 @@ use super::{Folder, MODEL, bytes, start};
 /// The file that a child is to write.
 const FILE: &str = "DYNAMICS_ENSEMBLE_FILE";
 
-/// 200 runs in 100 blocks; those without mass fail.
+/// 200 runs in 100 blocks; some of those with m1 = 0 fail.
 fn ensemble() -> Ensemble<'static, DoublePendulum> {
     let angles = (0..20).map(|k| 0.14 * f64::from(k));
     let grid = Grid::new().over("theta1", angles).over("m1", (0..10).map(|k| 0.1 * f64::from(k)));

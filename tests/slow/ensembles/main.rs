@@ -5,6 +5,8 @@
 mod double_pendulum;
 mod files;
 mod kills;
+#[cfg(feature = "mpi")]
+mod ranks;
 mod refused;
 mod resume;
 mod rows;
