@@ -27,7 +27,8 @@ use dynamics_view::text::exact;
 /// What varies between the runs of an ensemble. Implement it for a generator of your own.
 ///
 /// ```
-/// use dynamics_ensembles::Inputs;
+/// # mod dynamics { pub use dynamics_ensembles as ensembles; }
+/// use dynamics::ensembles::Inputs;
 ///
 /// /// Angles that come ever closer to the top.
 /// struct TowardsTheTop;

@@ -7,7 +7,8 @@ use super::{InputError, Inputs, list};
 /// A grid: a run for each combination of values, the last axis fastest.
 ///
 /// ```
-/// use dynamics_ensembles::{Grid, Inputs};
+/// # mod dynamics { pub use dynamics_ensembles as ensembles; }
+/// use dynamics::ensembles::{Grid, Inputs};
 ///
 /// let grid = Grid::new().over("theta1", [0.1, 0.2]).over("m1", (1..=3).map(f64::from));
 /// assert_eq!(grid.count(), 6);

@@ -19,11 +19,18 @@ pub struct ImportanceDesign {
     points: UnitPoints,
 }
 
-impl ImportanceDesign {
-    pub(super) fn new(samples: Samples, points: UnitPoints) -> Self {
-        Self { samples, points }
+impl Samples {
+    /// The runs from which the importance of each input follows, [`EnsembleTable::importance`]: for each of
+    /// these samples, which have to be independent, a group of d + 2 runs with d inputs.
+    ///
+    /// [`EnsembleTable::importance`]: crate::EnsembleTable::importance
+    pub fn for_importance(self) -> ImportanceDesign {
+        let points = self.unit_points(2 * self.names().len());
+        ImportanceDesign { samples: self, points }
     }
+}
 
+impl ImportanceDesign {
     fn runs_of_group(&self) -> usize {
         self.samples.names().len() + 2
     }

@@ -5,7 +5,8 @@ use super::{InputError, Inputs, digest};
 /// A list of points: measured starts, results of another program, samples of one's own.
 ///
 /// ```
-/// use dynamics_ensembles::{Inputs, Points};
+/// # mod dynamics { pub use dynamics_ensembles as ensembles; }
+/// use dynamics::ensembles::{Inputs, Points};
 ///
 /// let points = Points::new(["theta1", "m1"], [[0.1, 1.0], [0.7, 1.5], [0.3, 2.0]]);
 /// assert_eq!(points.count(), 3);

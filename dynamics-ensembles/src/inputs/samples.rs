@@ -6,7 +6,7 @@ use super::correlation::{Correlated, quoted};
 use super::distribution::{Distribution, standard_normal};
 use super::latin_hypercube::{LatinHypercube, unit};
 use super::sobol::{DIGITS, MAX_DIMENSIONS, Sobol};
-use super::{ImportanceDesign, InputError, Inputs};
+use super::{InputError, Inputs};
 use dynamics_analysis::shared::RandomNumbers;
 
 /// Samples of inputs with given distributions.
@@ -18,7 +18,8 @@ use dynamics_analysis::shared::RandomNumbers;
 /// | [`Samples::random`] | 1/√n | standard errors and quantiles that need independent runs |
 ///
 /// ```
-/// use dynamics_ensembles::{Inputs, Samples};
+/// # mod dynamics { pub use dynamics_ensembles as ensembles; }
+/// use dynamics::ensembles::{Inputs, Samples};
 ///
 /// let samples = Samples::sobol(1024)
 ///     .uniform("theta1", 0.0, 1.0)
@@ -155,15 +156,6 @@ impl Samples {
         self.completed()
     }
 
-    /// The runs from which the importance of each input follows, [`EnsembleTable::importance`]: for each of
-    /// these samples, which have to be independent, a group of d + 2 runs with d inputs.
-    ///
-    /// [`EnsembleTable::importance`]: crate::EnsembleTable::importance
-    pub fn for_importance(self) -> ImportanceDesign {
-        let points = self.unit_points(2 * self.names.len());
-        ImportanceDesign::new(self, points)
-    }
-
     fn one(mut self, name: &str, distribution: Distribution) -> Self {
         self.names.push(name.into());
         self.groups.push(Group::One(distribution));
@@ -176,7 +168,8 @@ impl Samples {
         self
     }
 
-    fn unit_points(&self, dimensions: usize) -> UnitPoints {
+    /// Points in some dimensions.
+    pub(super) fn unit_points(&self, dimensions: usize) -> UnitPoints {
         let seed = self.seed.unwrap_or(0);
         match self.kind {
             Kind::Sobol => UnitPoints::Sobol(Sobol::new(dimensions, self.seed)),
