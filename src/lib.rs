@@ -59,6 +59,9 @@
 #[cfg(feature = "analysis")]
 #[doc(inline)]
 pub use dynamics_analysis as analysis;
+#[cfg(feature = "ensembles")]
+#[doc(inline)]
+pub use dynamics_ensembles as ensembles;
 #[cfg(feature = "export")]
 #[doc(inline)]
 pub use dynamics_export as export;
@@ -127,6 +130,8 @@ pub mod prelude {
     // Methods of models, states, jets and numbers.
     #[cfg(feature = "analysis")]
     pub use dynamics_analysis::{Analyze as _, Vary as _};
+    #[cfg(feature = "ensembles")]
+    pub use dynamics_ensembles::OpenEnsemble as _;
     #[cfg(feature = "export")]
     pub use dynamics_export::ExportC as _;
     #[cfg(feature = "families")]

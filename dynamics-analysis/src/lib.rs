@@ -55,6 +55,13 @@ pub use periodic::{
     Exponent, ExponentSign, Floquet, FloquetVerdict, Lyapunov, LyapunovExponents, Multiplier, PeriodicError,
     PeriodicOrbit, Poincare, Return, Section, Shooting, Threshold, Trivial,
 };
+/// What `dynamics-ensembles` shares with sweeps.
+#[doc(hidden)]
+pub mod shared {
+    pub use crate::parameters::grid_indices;
+    pub use crate::parameters::parallel::{ProgressBar, cores, shared, side_by_side_length};
+    pub use crate::random_numbers::RandomNumbers;
+}
 pub use work_precision::{
     Cost, ErrorOf, Errors, OutsideError, Point, Reference, RunMeasurement, Study, WorkPrecision,
     WorkPrecisionCurve, WorkPrecisionError,

@@ -10,7 +10,7 @@ mod equations;
 mod equilibrium_sensitivity;
 mod fit;
 mod gradient;
-mod parallel;
+pub(crate) mod parallel;
 mod sensitivity;
 mod sensitivity_error;
 mod sweep;
@@ -21,6 +21,7 @@ pub use fit::{Fit, FitError, Fitted, Fitting, Loss, Outlier, Resampled, Residual
 pub use gradient::{Gradient, Objective};
 pub use sensitivity::{Sensitivities, Sensitivity};
 pub use sensitivity_error::SensitivityError;
+pub use sweep::grid_indices;
 pub use sweep::{RunFailure, Sweep, SweepAxis, SweepError, Sweeping};
 pub use variable::{Variable, VariableError};
 

@@ -81,6 +81,21 @@ pub fn in_fused_lanes<T: Task>(task: T) -> T::Output {
     run_with::<Pair<Portable>, T>(task)
 }
 
+/// Whether [`in_fused_lanes`] has fused products on this processor.
+#[must_use]
+pub fn has_fused_lanes() -> bool {
+    /// Asks the lanes.
+    struct Fused;
+    impl Task for Fused {
+        type Output = bool;
+        #[inline(always)]
+        fn run<L: Lanes>(self) -> bool {
+            L::FUSED
+        }
+    }
+    in_fused_lanes(Fused)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -26,6 +26,6 @@ pub mod sin_cos;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-pub use dispatch::{Task, in_four_lanes, in_fused_lanes, in_widest_lanes, limit_vectors};
+pub use dispatch::{Task, has_fused_lanes, in_four_lanes, in_fused_lanes, in_widest_lanes, limit_vectors};
 pub use lanes::{Code, Lanes, Wide};
 pub use portable::Portable;

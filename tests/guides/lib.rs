@@ -27,6 +27,8 @@ pub struct Rotors;
 pub struct PeriodicMotions;
 #[doc = page!("../../docs/guide/parameters.md")]
 pub struct Parameters;
+#[doc = page!("../../docs/guide/ensembles.md")]
+pub struct Ensembles;
 #[doc = page!("../../docs/guide/accuracy.md")]
 pub struct Accuracy;
 #[doc = page!("../../docs/guide/bodies.md")]

@@ -17,6 +17,7 @@ const CRATES: &[&str] = &[
     "dynamics-families",
     "dynamics-analysis",
     "dynamics-gpu",
+    "dynamics-ensembles",
 ];
 
 /// Where the workspace is.
@@ -93,10 +94,12 @@ fn the_runtime_knows_no_engine() {
     assert!(!manifest.contains("dynamics-symbolic") && !manifest.contains("dynamics-macros"));
 }
 
-/// Analyses stand above all but the façade: whoever only simulates does not compile them.
+/// Analyses stand above all but the façade and ensembles, which make many runs of what they vary: whoever only
+/// simulates does not compile them.
 #[test]
-fn nothing_but_the_root_uses_the_analysis() {
-    for name in CRATES.iter().filter(|name| **name != "dynamics-analysis") {
+fn nothing_but_the_root_and_ensembles_use_the_analysis() {
+    let above = ["dynamics-analysis", "dynamics-ensembles"];
+    for name in CRATES.iter().filter(|name| !above.contains(name)) {
         let why = "an analysis asks a model, and no model, motion or picture asks an analysis";
         forbid(&format!("{name}/src"), &["dynamics_analysis"], why);
         let manifest = root().join(name).join("Cargo.toml");
@@ -104,6 +107,7 @@ fn nothing_but_the_root_uses_the_analysis() {
         assert!(!manifest.contains("dynamics-analysis"), "{name} depends on the analysis: {why}");
     }
     forbid("dynamics-analysis/src", &["dynamics_symbolic", "dynamics_macros"], "it asks what is emitted");
+    forbid("dynamics-ensembles/src", &["dynamics_symbolic", "dynamics_macros"], "it runs what is emitted");
 }
 
 #[test]

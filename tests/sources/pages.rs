@@ -19,6 +19,7 @@ const CRATES: &[&str] = &[
     "view",
     "runtime",
     "analysis",
+    "ensembles",
     "families",
     "live",
     "export",

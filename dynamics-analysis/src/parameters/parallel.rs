@@ -33,11 +33,24 @@ pub(super) fn ordered_blocks<T: Send>(
         bar.more(results.len());
         results
     };
-    let blocks = count.div_ceil(length);
+    let blocks = shared(count.div_ceil(length), threads, one)?;
+    Ok(blocks.into_iter().flatten().collect())
+}
+
+/// `task(0), …, task(count − 1)`, shared by cores; the results in order. Tasks may call it again: it then
+/// uses the cores that have nothing to do.
+///
+/// # Errors
+/// Threads that cannot be started.
+pub fn shared<T: Send>(
+    count: usize,
+    threads: Option<usize>,
+    task: impl Fn(usize) -> T + Sync,
+) -> Result<Vec<T>, String> {
     #[cfg(feature = "parallel")]
     {
         use rayon::prelude::*;
-        let all = || (0..blocks).into_par_iter().flat_map_iter(one).collect();
+        let all = || (0..count).into_par_iter().map(&task).collect();
         let Some(threads) = threads else { return Ok(all()) };
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
@@ -48,12 +61,27 @@ pub(super) fn ordered_blocks<T: Send>(
     #[cfg(not(feature = "parallel"))]
     {
         let _ = threads;
-        Ok((0..blocks).flat_map(one).collect())
+        Ok((0..count).map(task).collect())
     }
 }
 
+/// How many runs a core takes at once where they are made side by side: many enough that lanes without a run
+/// at the end cost little, few enough that no core waits long for the last one.
+#[must_use]
+pub fn side_by_side_length(count: usize, threads: Option<usize>) -> usize {
+    let blocks = BLOCKS_OF_CORE * threads.unwrap_or_else(cores);
+    (count / blocks).clamp(RUNS_OF_BLOCK[0], RUNS_OF_BLOCK[1])
+}
+
+/// Fewest and most runs that a core takes at once where they are made side by side. While the last ones of a
+/// block run, some lanes have none: with fewer runs of a block that is a larger part of the time.
+const RUNS_OF_BLOCK: [usize; 2] = [16, 512];
+/// Blocks of each core, so that none waits long for the last one.
+const BLOCKS_OF_CORE: usize = 4;
+
 /// How many cores runs are shared by where no number is asked for.
-pub(super) fn cores() -> usize {
+#[must_use]
+pub fn cores() -> usize {
     #[cfg(feature = "parallel")]
     {
         rayon::current_num_threads()
@@ -66,13 +94,15 @@ pub(super) fn cores() -> usize {
 
 /// A progress bar on the error stream. It appears if all runs take longer than a second; without the feature
 /// `progress` it never does.
-struct ProgressBar {
+pub struct ProgressBar {
     #[cfg(feature = "progress")]
     shown: Option<shown::ShownBar>,
 }
 
 impl ProgressBar {
-    fn new(count: usize, progress: bool) -> Self {
+    /// A bar of this many runs, shown if `progress`.
+    #[must_use]
+    pub fn new(count: usize, progress: bool) -> Self {
         let _ = (count, progress);
         Self {
             #[cfg(feature = "progress")]
@@ -80,7 +110,8 @@ impl ProgressBar {
         }
     }
 
-    fn more(&self, runs: usize) {
+    /// Notes that further runs are done.
+    pub fn more(&self, runs: usize) {
         let _ = runs;
         #[cfg(feature = "progress")]
         if let Some(shown) = &self.shown {

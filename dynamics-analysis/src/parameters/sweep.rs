@@ -17,16 +17,11 @@ pub use error::{RunFailure, SweepError};
 use dynamics_runtime::model::Parameters;
 use dynamics_runtime::simulate::{Simulate, Simulation, ends};
 
-use super::parallel::{cores, ordered, ordered_blocks};
+use super::parallel::{ordered, ordered_blocks, side_by_side_length};
 use super::variable::{Variable, VariableError};
 
 /// Most runs of a sweep: the results of more than 2³² runs fit no memory.
 const MAX_RUNS: u64 = 1 << 32;
-/// Fewest and most runs that a core takes at once where they are made side by side. While the last ones of a
-/// block run, some lanes have none: with fewer runs of a block that is a larger part of the time.
-const RUNS_OF_BLOCK: [usize; 2] = [16, 512];
-/// Blocks of each core, so that none waits long for the last one.
-const BLOCKS_OF_CORE: usize = 4;
 
 /// An axis of the grid, checked.
 struct GridAxis {
@@ -125,12 +120,8 @@ impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
             let kept = |(end, (model, _)): (Result<M::State, _>, &(M, M::State))| Ok(of_end(model, end?));
             ends.into_iter().zip(&points).map(kept).collect()
         };
-        let blocks = BLOCKS_OF_CORE * self.threads.unwrap_or_else(cores);
-        let length = match M::HAS_LANES {
-            true => (grid.count / blocks).clamp(RUNS_OF_BLOCK[0], RUNS_OF_BLOCK[1]),
-            // Each run is made alone.
-            false => 1,
-        };
+        // Where there are no lanes each run is made alone.
+        let length = if M::HAS_LANES { side_by_side_length(grid.count, self.threads) } else { 1 };
         let results = ordered_blocks(grid.count, length, self.threads, self.progress, block);
         let results = results.map_err(SweepError::Threads)?;
         Ok(Sweep { axes: grid.named::<M>(), names: names.map(str::to_owned), results })
@@ -198,7 +189,8 @@ impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
 }
 
 /// The index of a run on each axis; the last axis is fastest.
-fn grid_indices(lengths: &[usize], mut index: usize) -> Vec<usize> {
+#[must_use]
+pub fn grid_indices(lengths: &[usize], mut index: usize) -> Vec<usize> {
     let mut found = alloc::vec![0; lengths.len()];
     for (at, n) in found.iter_mut().zip(lengths).rev() {
         (*at, index) = (index % n, index / n);

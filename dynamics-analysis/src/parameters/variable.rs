@@ -83,7 +83,11 @@ fn rate_name(coordinate: &str) -> String {
 
 impl Variable {
     /// The variable of a name.
-    pub(super) fn of<M: Dynamics>(name: &str) -> Result<Self, VariableError> {
+    ///
+    /// # Errors
+    /// A name that is unknown or has two meanings.
+    #[doc(hidden)]
+    pub fn of<M: Dynamics>(name: &str) -> Result<Self, VariableError> {
         let at = |list: &[Quantity]| list.iter().position(|q| q.name == name);
         let rate = M::COORDINATES.iter().position(|q| rate_name(q.name) == name).map(Self::Velocity);
         let found = [at(M::PARAMETERS).map(Self::Parameter), at(M::COORDINATES).map(Self::Position), rate];
@@ -101,7 +105,11 @@ impl Variable {
     }
 
     /// The variables of several names, each once.
-    pub(super) fn all_of<M: Dynamics>(names: &[String]) -> Result<Vec<Self>, VariableError> {
+    ///
+    /// # Errors
+    /// As of [`Variable::of`], and a name that occurs twice.
+    #[doc(hidden)]
+    pub fn all_of<M: Dynamics>(names: &[String]) -> Result<Vec<Self>, VariableError> {
         let mut variables = Vec::new();
         for name in names {
             let variable = Self::of::<M>(name)?;
@@ -137,7 +145,8 @@ impl Variable {
     }
 
     /// Its value; `None` if a model written by hand does not give its parameters.
-    pub(super) fn value<M: Dynamics>(self, model: &M, start: &M::State) -> Option<f64> {
+    #[doc(hidden)]
+    pub fn value<M: Dynamics>(self, model: &M, start: &M::State) -> Option<f64> {
         match self {
             Self::Parameter(i) => model.parameter(i),
             Self::Position(i) => Some(start.q()[i]),
@@ -146,7 +155,11 @@ impl Variable {
     }
 
     /// Checks that it can be changed. Models written by hand may forbid it for some parameters.
-    pub(super) fn check<M: Parameters + Clone>(
+    ///
+    /// # Errors
+    /// A parameter that cannot be changed.
+    #[doc(hidden)]
+    pub fn check<M: Parameters + Clone>(
         self,
         model: &M,
         start: &M::State,
@@ -157,7 +170,8 @@ impl Variable {
     }
 
     /// Sets it, and returns whether it can be set.
-    pub(super) fn set<M: Parameters>(self, model: &mut M, start: &mut M::State, value: f64) -> bool {
+    #[doc(hidden)]
+    pub fn set<M: Parameters>(self, model: &mut M, start: &mut M::State, value: f64) -> bool {
         match self {
             Self::Parameter(i) => return model.set_parameter(i, value),
             Self::Position(i) => start.q_mut()[i] = value,

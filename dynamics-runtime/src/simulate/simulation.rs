@@ -1,8 +1,10 @@
 //! The builder of a simulation: one method for each option, then `.run()`.
 //!
-//! `simulation/check.rs` checks the options and chooses the method; `simulation/execution.rs` runs.
+//! `simulation/check.rs` checks the options and chooses the method; `simulation/execution.rs` runs;
+//! `simulation/description.rs` writes the options as texts.
 
 pub(crate) mod check;
+mod description;
 mod execution;
 pub(crate) mod side_by_side;
 

@@ -1,5 +1,7 @@
 //! Which simulations can be made side by side with others (`ensemble.rs`), and what these need of them.
 
+use alloc::format;
+use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -7,7 +9,7 @@ use alloc::vec::Vec;
 use crate::error::SolveError;
 use crate::integrate::choice;
 use crate::integrate::{Direction, Phase, StepNode, StepOptions, Stepper, Tolerances, Verner9};
-use crate::model::{ModelState, SimulationModel, Vector};
+use crate::model::{ModelState, SimulationModel, StaticTraits, Vector};
 use crate::simulate::erased_method::SharedMethod;
 use crate::simulate::failure::OptionError;
 use crate::simulate::options::defaults::DEFAULT_TOLERANCE;
@@ -114,16 +116,15 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         })
     }
 
-    /// What a lane needs; `None` where the simulation is to be run alone: it has options that lanes do not
-    /// have, or its start or its options are wrong, which its own run reports.
-    pub(crate) fn side_by_side(&self) -> Option<LanePlan<M>> {
+    /// The option that lanes do not have, if one is set.
+    fn option_without_lanes(&self) -> Option<&'static str> {
         // All options, so that none is forgotten.
         let Self {
             model: _,
             start: _,
-            end,
+            end: _,
             method,
-            tolerances,
+            tolerances: _,
             fixed,
             first: _,
             most: _,
@@ -144,18 +145,44 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         } = self;
         #[cfg(not(feature = "progress"))]
         let progress = &false;
-        let is_plain = method.is_none()
-            && fixed.is_none()
-            && law.is_none()
-            && contacts.is_empty()
-            && sticking.is_empty()
-            && formulation.is_none()
-            && cancel.is_none()
-            && *drift_limit > 0.0
-            && !consistent_output
-            && !estimates_error
-            && !progress
-            && matches!(output, Output::Steps);
+        let options = [
+            (method.is_some(), "`.method(..)`"),
+            (fixed.is_some(), "`.fixed_step(..)`"),
+            (law.is_some(), "`.inputs(..)`"),
+            (!contacts.is_empty(), "`.contact(..)`"),
+            (!sticking.is_empty(), "`.stick_slip(..)`"),
+            (formulation.is_some(), "`.formulation(..)`"),
+            (cancel.is_some(), "`.cancel(..)`"),
+            // Not above 0, or not a number: its own run reports it.
+            (drift_limit.partial_cmp(&0.0) != Some(core::cmp::Ordering::Greater), "`.drift_limit(..)`"),
+            (*consistent_output, "`.consistent_output()`"),
+            (*estimates_error, "`.estimate_error()`"),
+            (*progress, "`.progress()`"),
+            (!matches!(output, Output::Steps), "output times"),
+        ];
+        options.iter().find(|(is_set, _)| *is_set).map(|(_, option)| *option)
+    }
+
+    /// Why the simulation is made alone and not side by side with others; `None` where it may be in a lane.
+    // Public for dynamics-ensembles alone.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn made_alone_because(&self) -> Option<String> {
+        if !M::IS_UNCONSTRAINED {
+            return Some(format!("`{}` has constraints", M::NAME));
+        }
+        if !M::HAS_LANES {
+            let why = "has expressions that choose (`if`, `abs`, `min`), or no straight-line code";
+            return Some(format!("`{}` {why}", M::NAME));
+        }
+        self.option_without_lanes().map(|option| format!("the option is set: {option}"))
+    }
+
+    /// What a lane needs; `None` where the simulation is to be run alone: it has options that lanes do not
+    /// have, or its start or its options are wrong, which its own run reports.
+    pub(crate) fn side_by_side(&self) -> Option<LanePlan<M>> {
+        let Self { end, tolerances, .. } = self;
+        let is_plain = self.option_without_lanes().is_none();
         let end = end.filter(|end| is_plain && end.is_finite() && *end != self.start.t())?;
         check_event_names(&self.event_names(), M::EVENTS.len()).ok()?;
         OptionError::check_parameters(self.model).ok()?;

@@ -1,0 +1,208 @@
+//! Where the runs are made. Results, files and their order do not depend on it.
+
+mod cores;
+#[cfg(feature = "mpi")]
+mod mpi;
+
+pub use cores::Cores;
+#[cfg(feature = "mpi")]
+pub use mpi::Mpi;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use dynamics_analysis::shared::{ProgressBar, cores as all_cores, shared, side_by_side_length};
+
+use crate::blocks::{Blocks, Found};
+use crate::error::EnsembleError;
+use crate::plan::{Partition, PlanDifference};
+use crate::rows::{MakesRows, Rows};
+
+/// Where an ensemble runs: [`Cores`], or, with the feature `mpi`, the ranks of MPI.
+pub trait Place {
+    /// Its name, in summaries.
+    #[doc(hidden)]
+    fn name(&self) -> String;
+    /// Whether it divides the runs between processes.
+    #[doc(hidden)]
+    fn is_divided(&self) -> bool;
+    /// Whether this process writes the file and shows progress.
+    #[doc(hidden)]
+    fn is_main(&self) -> bool;
+    /// The value of the main process, in all processes.
+    #[doc(hidden)]
+    fn of_main(&self, value: u64) -> u64;
+    /// An error in all processes if there is one in any.
+    #[doc(hidden)]
+    fn all_or_none(&self, result: Result<(), EnsembleError>) -> Result<(), EnsembleError>;
+    /// Makes the blocks of a job that are missing.
+    #[doc(hidden)]
+    fn make(&self, job: &Job<'_>) -> Result<Made, EnsembleError>;
+}
+
+/// The runs to be made.
+#[doc(hidden)]
+pub struct Job<'j> {
+    pub(crate) maker: &'j dyn MakesRows,
+    pub(crate) partition: Partition,
+    /// Where blocks are kept; `None`: in memory.
+    pub(crate) blocks: Option<&'j Blocks>,
+    /// The blocks of this shard.
+    pub(crate) wanted: Vec<usize>,
+    pub(crate) fail_fast: bool,
+    pub(crate) progress: bool,
+    /// Set where no further runs are to be made.
+    pub(crate) stopped: AtomicBool,
+}
+
+/// What a place has made.
+#[doc(hidden)]
+#[derive(Default)]
+pub struct Made {
+    /// The blocks, where they are not in files.
+    pub(crate) in_memory: Vec<Rows>,
+    /// Runs that were made now.
+    pub(crate) made: usize,
+    /// Blocks that were there and damaged.
+    pub(crate) damaged: usize,
+}
+
+/// Blocks that have to be made.
+pub(crate) struct Missing {
+    pub(crate) blocks: Vec<usize>,
+    pub(crate) runs: usize,
+    pub(crate) damaged: usize,
+}
+
+impl Job<'_> {
+    /// The blocks that no file has.
+    pub(crate) fn missing(&self) -> Result<Missing, EnsembleError> {
+        let (mut blocks, mut damaged) = (Vec::new(), 0);
+        for block in &self.wanted {
+            let found = self.blocks.map_or(Ok(Found::Nothing), |blocks| blocks.load(*block))?;
+            match found {
+                Found::Rows(rows) => {
+                    self.check_inputs(&rows)?;
+                    continue;
+                }
+                Found::Nothing => {}
+                Found::Damaged => damaged += 1,
+            }
+            blocks.push(*block);
+        }
+        let runs = blocks.iter().map(|block| self.partition.runs_of(*block).len()).sum();
+        Ok(Missing { blocks, runs, damaged })
+    }
+
+    /// Checks that the inputs of a block are those of this ensemble, at its first, its middle and its last run:
+    /// a plan may say little of a closure that makes them.
+    fn check_inputs(&self, rows: &Rows) -> Result<(), EnsembleError> {
+        let width = rows.values.len() / rows.runs.len().max(1);
+        let places = [0, rows.runs.len() / 2, rows.runs.len().saturating_sub(1)];
+        for (place, row) in places.into_iter().zip(places.map(|place| rows.values.chunks(width).nth(place))) {
+            let Some(row) = row else { continue };
+            let run = rows.runs.start + place;
+            let mut here = row.to_vec();
+            self.maker.inputs(run, &mut here);
+            if let Some(k) = (0..width).find(|k| here[*k].to_bits() != row[*k].to_bits()) {
+                let text = |row: &[f64]| Some(dynamics_view::text::exact(row[k]));
+                let name = format!("input {k} of run {run}");
+                let differences = vec![PlanDifference { name, there: text(row), here: text(&here) }];
+                let path = self.blocks.map_or(std::path::PathBuf::new(), |blocks| blocks.folder().into());
+                return Err(EnsembleError::OtherPlan { path, differences });
+            }
+        }
+        Ok(())
+    }
+
+    /// A bar for these runs, if this process shows one.
+    pub(crate) fn bar(&self, runs: usize, is_main: bool) -> ProgressBar {
+        ProgressBar::new(runs, self.progress && is_main)
+    }
+
+    /// Makes some blocks with several cores. Returns those that are not in files.
+    pub(crate) fn make_blocks(
+        &self,
+        blocks: &[usize],
+        threads: Option<usize>,
+        bar: &ProgressBar,
+    ) -> Result<Vec<Rows>, EnsembleError> {
+        /// Blocks of each core, above which blocks are not divided between cores.
+        const BLOCKS_OF_CORE: usize = 4;
+        let cores = threads.unwrap_or_else(all_cores);
+        let is_divided = cores > 1 && blocks.len() < BLOCKS_OF_CORE * cores;
+        let length = match self.maker.is_in_lanes() {
+            // Each run alone, so that progress is shown after each.
+            false => 1,
+            true if is_divided => {
+                let runs = blocks.iter().map(|block| self.partition.runs_of(*block).len()).sum();
+                side_by_side_length(runs, threads)
+            }
+            true => self.partition.block,
+        };
+        let one = |place: usize| self.make_block(blocks[place], length, is_divided, bar);
+        let made = match cores {
+            1 => (0..blocks.len()).map(one).collect(),
+            _ => shared(blocks.len(), threads, one).map_err(EnsembleError::Threads)?,
+        };
+        let made = made.into_iter().collect::<Result<Vec<_>, _>>()?;
+        Ok(made.into_iter().flatten().collect())
+    }
+
+    /// Makes a block, this many runs at once. If it is divided, cores that have nothing else to do help.
+    fn make_block(
+        &self,
+        block: usize,
+        length: usize,
+        is_divided: bool,
+        bar: &ProgressBar,
+    ) -> Result<Option<Rows>, EnsembleError> {
+        let runs = self.partition.runs_of(block);
+        let part = |k: usize| {
+            let from = runs.start + k * length;
+            self.make_runs(from..(from + length).min(runs.end), bar)
+        };
+        let parts = runs.len().div_ceil(length);
+        let parts = match is_divided {
+            true => shared(parts, None, part).map_err(EnsembleError::Threads)?,
+            false => (0..parts).map(part).collect(),
+        };
+        let mut rows = Rows { runs: runs.start..runs.start, ..Rows::default() };
+        for part in parts {
+            match part? {
+                Some(part) => rows.append(part),
+                // Another block has failed.
+                None => return Ok(None),
+            }
+        }
+        match self.blocks {
+            Some(blocks) => {
+                let saved = blocks.save(block, &rows);
+                if saved.is_err() {
+                    self.stopped.store(true, Ordering::Relaxed);
+                }
+                saved.map(|()| None)
+            }
+            None => Ok(Some(rows)),
+        }
+    }
+
+    /// The rows of some runs; `None` if the job was stopped.
+    fn make_runs(
+        &self,
+        runs: std::ops::Range<usize>,
+        bar: &ProgressBar,
+    ) -> Result<Option<Rows>, EnsembleError> {
+        if self.stopped.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        let rows = self.maker.rows(runs);
+        bar.more(rows.runs.len());
+        match rows.failed.first() {
+            Some(failed) if self.fail_fast => {
+                self.stopped.store(true, Ordering::Relaxed);
+                Err(EnsembleError::Run { run: failed.run, message: failed.message.clone() })
+            }
+            _ => Ok(Some(rows)),
+        }
+    }
+}
