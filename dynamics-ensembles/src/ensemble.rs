@@ -10,7 +10,7 @@ use dynamics_runtime::model::Parameters;
 use dynamics_runtime::simulate::{Motion, Simulate, Simulation};
 
 use crate::inputs::Inputs;
-use crate::places::{Cores, Place};
+use crate::places::{Cores, Opened, PlaceFor};
 use crate::rows::EnsembleColumn;
 use crate::runs::{Kept, RunOptions};
 
@@ -85,7 +85,7 @@ pub struct Ensemble<'m, M: Simulate> {
     path: Option<PathBuf>,
     fail_fast: bool,
     progress: bool,
-    place: Box<dyn Place + 'm>,
+    place: Opened<'m, M>,
 }
 
 impl<'m, M: Simulate + Parameters + Clone> Ensemble<'m, M> {
@@ -105,7 +105,7 @@ impl<'m, M: Simulate + Parameters + Clone> Ensemble<'m, M> {
             path: None,
             fail_fast: false,
             progress: false,
-            place: Box::new(Cores::default()),
+            place: Cores::default().opened(),
         }
     }
 
@@ -198,9 +198,10 @@ impl<'m, M: Simulate + Parameters + Clone> Ensemble<'m, M> {
         self
     }
 
-    /// Where the runs are made: [`Cores`] without this.
-    pub fn on(mut self, place: impl Place + 'm) -> Self {
-        self.place = Box::new(place);
+    /// Where the runs are made: [`Cores`] without this. With the features `cuda` and `wgpu` also a graphics
+    /// card: `.on(Gpu::first())` takes the cores if there is none, and the report says why.
+    pub fn on(mut self, place: impl PlaceFor<M> + 'm) -> Self {
+        self.place = place.opened();
         self
     }
 

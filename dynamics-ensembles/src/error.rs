@@ -18,6 +18,14 @@ pub enum EnsembleError {
     /// Values that cannot be.
     #[error(transparent)]
     Input(#[from] InputError),
+    /// What makes the runs fails as a whole.
+    #[error("{place} cannot make the runs: {message}")]
+    Place {
+        /// Its name.
+        place: String,
+        /// Why.
+        message: String,
+    },
     /// Two columns of the table have one name.
     #[error("two columns are named `{name}`; give the number that is kept another name")]
     ColumnTwice {

@@ -47,7 +47,7 @@ pub use error::EnsembleError;
 pub use inputs::{Grid, ImportanceDesign, InputError, Inputs, Points, Samples};
 #[cfg(feature = "mpi")]
 pub use places::Mpi;
-pub use places::{Cores, Place};
+pub use places::{Cores, Place, PlaceFor};
 pub use plan::PlanDifference;
 pub use report::EnsembleReport;
 pub use rows::{EnsembleColumn, FailedRun};

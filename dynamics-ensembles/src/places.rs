@@ -1,5 +1,7 @@
 //! Where the runs are made. Results, files and their order do not depend on it.
 
+#[cfg(any(feature = "cuda", feature = "wgpu"))]
+mod cards;
 mod cores;
 #[cfg(feature = "mpi")]
 mod mpi;
@@ -8,9 +10,11 @@ pub use cores::Cores;
 #[cfg(feature = "mpi")]
 pub use mpi::Mpi;
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use dynamics_analysis::shared::{ProgressBar, cores as all_cores, shared, side_by_side_length};
+use dynamics_runtime::simulate::{Simulate, Simulation, SimulationError};
 
 use crate::blocks::{Blocks, Found};
 use crate::error::EnsembleError;
@@ -37,6 +41,51 @@ pub trait Place {
     /// Makes the blocks of a job that are missing.
     #[doc(hidden)]
     fn make(&self, job: &Job<'_>) -> Result<Made, EnsembleError>;
+}
+
+/// Where an ensemble of a model runs: a [`Place`]; with the features `cuda` and `wgpu` a card, or the result of
+/// looking for one.
+pub trait PlaceFor<M: Simulate> {
+    /// The place, and what makes ends there in place of the lanes of the processor.
+    #[doc(hidden)]
+    fn opened<'p>(self) -> Opened<'p, M>
+    where
+        Self: 'p;
+}
+
+/// A place that was opened for a model.
+#[doc(hidden)]
+pub struct Opened<'p, M: Simulate> {
+    pub(crate) place: Box<dyn Place + 'p>,
+    pub(crate) elsewhere: Option<Box<dyn EndsElsewhere<M> + 'p>>,
+}
+
+impl<M: Simulate, P: Place> PlaceFor<M> for P {
+    fn opened<'p>(self) -> Opened<'p, M>
+    where
+        Self: 'p,
+    {
+        Opened { place: Box::new(self), elsewhere: None }
+    }
+}
+
+/// Ends in the order of their runs.
+pub(crate) type Ends<M> = Vec<Result<<M as dynamics_runtime::model::Model>::State, SimulationError<M>>>;
+
+/// What makes ends in place of the lanes of the processor.
+pub(crate) trait EndsElsewhere<M: Simulate>: Sync {
+    /// The ends of so many runs, in order.
+    fn ends<'a>(
+        &self,
+        count: usize,
+        run: &dyn Fn(usize) -> Simulation<'a, M>,
+    ) -> Result<Ends<M>, EnsembleError>
+    where
+        M: 'a;
+    /// On what the last digits depend, as part of the plan.
+    fn way(&self) -> &'static str;
+    /// What is known of the runs that were made, for the report.
+    fn remark(&self) -> String;
 }
 
 /// The runs to be made.
@@ -148,6 +197,34 @@ impl Job<'_> {
         Ok(made.into_iter().flatten().collect())
     }
 
+    /// Makes blocks that follow each other, all of their runs at once. Returns those that are not in files.
+    #[cfg(any(feature = "cuda", feature = "wgpu"))]
+    pub(crate) fn make_together(
+        &self,
+        blocks: Range<usize>,
+        bar: &ProgressBar,
+    ) -> Result<Vec<Rows>, EnsembleError> {
+        let runs_of = |block: usize| self.partition.runs_of(block);
+        let (Some(first), Some(last)) = (blocks.clone().next(), blocks.clone().next_back()) else {
+            return Ok(Vec::new());
+        };
+        let Some(rows) = self.make_runs(runs_of(first).start..runs_of(last).end, bar)? else {
+            return Ok(Vec::new());
+        };
+        let parts = blocks.map(|block| self.kept(block, rows.part(runs_of(block))));
+        Ok(parts.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+    }
+
+    /// Saves a block. Returns it if it is kept in memory.
+    fn kept(&self, block: usize, rows: Rows) -> Result<Option<Rows>, EnsembleError> {
+        let Some(blocks) = self.blocks else { return Ok(Some(rows)) };
+        let saved = blocks.save(block, &rows);
+        if saved.is_err() {
+            self.stopped.store(true, Ordering::Relaxed);
+        }
+        saved.map(|()| None)
+    }
+
     /// Makes a block, this many runs at once. If it is divided, cores that have nothing else to do help.
     fn make_block(
         &self,
@@ -174,28 +251,19 @@ impl Job<'_> {
                 None => return Ok(None),
             }
         }
-        match self.blocks {
-            Some(blocks) => {
-                let saved = blocks.save(block, &rows);
-                if saved.is_err() {
-                    self.stopped.store(true, Ordering::Relaxed);
-                }
-                saved.map(|()| None)
-            }
-            None => Ok(Some(rows)),
-        }
+        self.kept(block, rows)
     }
 
     /// The rows of some runs; `None` if the job was stopped.
-    fn make_runs(
-        &self,
-        runs: std::ops::Range<usize>,
-        bar: &ProgressBar,
-    ) -> Result<Option<Rows>, EnsembleError> {
+    fn make_runs(&self, runs: Range<usize>, bar: &ProgressBar) -> Result<Option<Rows>, EnsembleError> {
         if self.stopped.load(Ordering::Relaxed) {
             return Ok(None);
         }
-        let rows = self.maker.rows(runs);
+        let made = self.maker.rows(runs);
+        if made.is_err() {
+            self.stopped.store(true, Ordering::Relaxed);
+        }
+        let rows = made?;
         bar.more(rows.runs.len());
         match rows.failed.first() {
             Some(failed) if self.fail_fast => {

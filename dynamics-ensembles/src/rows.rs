@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::error::EnsembleError;
+
 /// A run that failed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FailedRun {
@@ -26,6 +28,15 @@ impl Rows {
     pub(crate) fn has_bits_of(&self, other: &Self) -> bool {
         let bits = |rows: &Self| rows.values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         self.runs == other.runs && self.failed == other.failed && bits(self) == bits(other)
+    }
+
+    /// The rows of some of the runs.
+    #[cfg(any(feature = "cuda", feature = "wgpu"))]
+    pub(crate) fn part(&self, runs: Range<usize>) -> Self {
+        let width = self.values.len() / self.runs.len().max(1);
+        let at = |run: usize| (run - self.runs.start) * width;
+        let failed = self.failed.iter().filter(|failed| runs.contains(&failed.run)).cloned().collect();
+        Self { values: self.values[at(runs.start)..at(runs.end)].to_vec(), failed, runs }
     }
 
     /// Adds the rows of the runs that follow.
@@ -64,7 +75,10 @@ impl EnsembleColumn {
 /// What makes the rows of runs.
 pub(crate) trait MakesRows: Sync {
     /// The rows of some runs. They do not depend on which others are asked for at the same time.
-    fn rows(&self, runs: Range<usize>) -> Rows;
+    ///
+    /// # Errors
+    /// What makes the runs fails as a whole.
+    fn rows(&self, runs: Range<usize>) -> Result<Rows, EnsembleError>;
     /// Writes the inputs of a run to the first columns of a row.
     fn inputs(&self, run: usize, row: &mut [f64]);
     /// Whether runs are made side by side, so that a core should make many at once.

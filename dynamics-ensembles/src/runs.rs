@@ -6,7 +6,9 @@ use dynamics_analysis::{RunFailure, Variable};
 use dynamics_runtime::model::{ModelState, Parameters, Vector};
 use dynamics_runtime::simulate::{Motion, Simulate, Simulation, ends};
 
+use crate::error::EnsembleError;
 use crate::inputs::Inputs;
+use crate::places::EndsElsewhere;
 use crate::rows::{EnsembleColumn, FailedRun, MakesRows, Rows};
 
 /// Completes the simulation of a run.
@@ -45,6 +47,8 @@ pub(crate) struct Runs<'m, M: Simulate> {
     pub(crate) kept: Kept<'m, M>,
     /// Columns of the table.
     pub(crate) width: usize,
+    /// What makes ends in place of the lanes of the processor.
+    pub(crate) elsewhere: Option<Box<dyn EndsElsewhere<M> + 'm>>,
 }
 
 impl<'m, M: Simulate + Parameters + Clone> Runs<'m, M> {
@@ -128,7 +132,7 @@ fn first_line(failure: &RunFailure) -> String {
 }
 
 impl<M: Simulate + Parameters + Clone + Sync> MakesRows for Runs<'_, M> {
-    fn rows(&self, runs: Range<usize>) -> Rows {
+    fn rows(&self, runs: Range<usize>) -> Result<Rows, EnsembleError> {
         let inputs = self.variables.len();
         let mut values = vec![f64::NAN; runs.len() * self.width];
         let mut points = Vec::with_capacity(runs.len());
@@ -140,8 +144,12 @@ impl<M: Simulate + Parameters + Clone + Sync> MakesRows for Runs<'_, M> {
         // The runs that have a point, in order.
         let mut ends_in_order = match &self.kept {
             Kept::EndState | Kept::End(_) => {
-                let with_point = points.iter().flatten();
-                ends(with_point.map(|(model, start)| self.simulation(model, *start)))
+                let with_point: Vec<&(M, M::State)> = points.iter().flatten().collect();
+                let run = |i: usize| self.simulation(&with_point[i].0, with_point[i].1);
+                match &self.elsewhere {
+                    Some(place) => place.ends(with_point.len(), &run)?,
+                    None => ends((0..with_point.len()).map(run)),
+                }
             }
             _ => Vec::new(),
         }
@@ -170,7 +178,7 @@ impl<M: Simulate + Parameters + Clone + Sync> MakesRows for Runs<'_, M> {
                 failed.push(FailedRun { run, message: first_line(&failure) });
             }
         }
-        Rows { runs, values, failed }
+        Ok(Rows { runs, values, failed })
     }
 
     fn inputs(&self, run: usize, row: &mut [f64]) {

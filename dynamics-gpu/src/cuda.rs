@@ -5,9 +5,8 @@
 
 mod launch;
 
-use std::cell::RefCell;
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use cudarc::driver::{CudaContext, CudaFunction, CudaSlice, CudaStream, DriverError};
 use cudarc::nvrtc::{CompileError, CompileOptions, Ptx, compile_ptx_with_opts};
@@ -133,7 +132,7 @@ pub struct Gpu {
     capability: u32,
     exact: bool,
     /// Kernels that are loaded, by their texts.
-    kernels: RefCell<HashMap<String, CudaFunction>>,
+    kernels: Mutex<HashMap<String, CudaFunction>>,
 }
 
 impl std::fmt::Debug for Gpu {
@@ -175,7 +174,7 @@ impl Gpu {
             name: context.name()?,
             capability: (10 * major + minor).unsigned_abs(),
             exact: false,
-            kernels: RefCell::default(),
+            kernels: Mutex::default(),
             context,
         })
     }
@@ -186,6 +185,12 @@ impl Gpu {
     pub fn exact(mut self) -> Self {
         self.exact = true;
         self
+    }
+
+    /// Whether it was asked for [`exact`](Self::exact) runs.
+    #[must_use]
+    pub fn is_exact(&self) -> bool {
+        self.exact
     }
 
     /// What the card calls itself.
@@ -234,12 +239,14 @@ impl Gpu {
     /// The kernel of a model.
     fn kernel<M: SimulationModel + PrintedInC>(&self, model: &M) -> Result<CudaFunction, GpuError> {
         let text = kernel_in_cuda(model)?;
-        if let Some(kernel) = self.kernels.borrow().get(&text) {
+        // One thread compiles what the others wait for. What a panic leaves is whole: an entry or none.
+        let mut kernels = self.kernels.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if let Some(kernel) = kernels.get(&text) {
             return Ok(kernel.clone());
         }
         let module = self.context.load_module(compile::<M>(text.clone(), self.capability, self.exact)?)?;
         let kernel = module.load_function(&name::<M>())?;
-        self.kernels.borrow_mut().insert(text, kernel.clone());
+        kernels.insert(text, kernel.clone());
         Ok(kernel)
     }
 }

@@ -160,7 +160,10 @@ impl<M: Simulate + Parameters + Clone + Sync> Planned<'_, M> {
         EnsembleReport {
             made: made.made,
             damaged_blocks: made.damaged,
-            way: self.way.clone(),
+            way: match &self.runs.elsewhere {
+                Some(place) => format!("{}{}", self.way, place.remark()),
+                None => self.way.clone(),
+            },
             place: rest.place.name(),
             time: begun.elapsed(),
             ..EnsembleReport::default()

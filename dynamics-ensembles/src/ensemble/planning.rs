@@ -10,6 +10,7 @@ use super::Ensemble;
 use crate::description::Description;
 use crate::equations;
 use crate::error::EnsembleError;
+use crate::places::{Cores, Opened};
 use crate::plan::{Partition, Plan};
 use crate::rows::EnsembleColumn;
 use crate::runs::{Kept, Runs};
@@ -29,12 +30,13 @@ impl<'m, M: Simulate + Parameters + Clone> Ensemble<'m, M> {
     /// The other options are given back, since they do not matter to results.
     pub(super) fn planned(self) -> Result<(Planned<'m, M>, Rest<'m>), EnsembleError> {
         let Self { model, start, inputs, until, tolerance, options, kept, columns, label, .. } = self;
-        let rest = Rest {
+        let Opened { place, elsewhere } = self.place;
+        let mut rest = Rest {
             shard: self.shard,
             path: self.path,
             fail_fast: self.fail_fast,
             progress: self.progress,
-            place: self.place,
+            place,
         };
         if let Some((rank, ranks)) = rest.shard.filter(|(rank, ranks)| rank >= ranks) {
             return Err(EnsembleError::Shard { rank, ranks });
@@ -73,9 +75,15 @@ impl<'m, M: Simulate + Parameters + Clone> Ensemble<'m, M> {
             return Err(EnsembleError::ColumnTwice { name });
         }
         let width = all.len();
-        let runs = Runs { model, start, inputs, variables, until, tolerance, options, kept, width };
+        let mut runs =
+            Runs { model, start, inputs, variables, until, tolerance, options, kept, width, elsewhere };
         let alone = runs.made_alone_because();
+        if alone.is_some() && runs.elsewhere.take().is_some() {
+            // What a card cannot make the cores make.
+            rest.place = Box::new(Cores::default());
+        }
         let way = match &alone {
+            None if runs.elsewhere.is_some() => "side by side, in the threads of the card".into(),
             None => "side by side, in the vectors of the processor".into(),
             Some(why) => format!("one by one: {why}"),
         };
@@ -144,6 +152,7 @@ fn plan_of<M: Simulate + Parameters + Clone>(
         (Kept::Computed(_), _) => "computed",
         (Kept::Motion(_), _) => "motions",
         (_, false) => "ends, one by one",
+        (_, true) if let Some(place) = &runs.elsewhere => place.way(),
         // The last digits depend on it.
         (_, true) if dynamics_runtime::lanes::has_fused_lanes() => "ends, side by side with fused products",
         (_, true) => "ends, side by side without fused products",

@@ -1,6 +1,7 @@
 //! Ensembles: the bits of single runs, whoever makes them; files that go on after a kill; shards; statistics
 //! against closed forms.
 
+mod cards;
 #[path = "../../models/double_pendulum.rs"]
 mod double_pendulum;
 mod files;

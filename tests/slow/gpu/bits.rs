@@ -1,10 +1,10 @@
 //! The kernel on the processor, against its lanes.
 
+use dynamics::gpu::side_by_side_in_c;
 use dynamics::lanes::limit_vectors;
 use dynamics::model::{ModelState, PrintedInC, SimulationModel, Vector};
 use dynamics::prelude::*;
 use dynamics::simulate::{Simulation, can_be_on_device, ends, ends_on};
-use dynamics_gpu::side_by_side_in_c;
 
 use crate::compiler::{compilers, folder};
 use crate::host::Host;

@@ -5,9 +5,9 @@ use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
+use dynamics::gpu::side_by_side_in_c;
 use dynamics::model::{PrintedInC, SimulationModel};
 use dynamics::simulate::{Batch, Device};
-use dynamics_gpu::side_by_side_in_c;
 
 use crate::compiler::compile;
 

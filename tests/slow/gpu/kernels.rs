@@ -2,8 +2,8 @@
 
 use std::env;
 
+use dynamics::gpu::{Gpu, GpuError, compile_kernel};
 use dynamics::model::{PrintedInC, SimulationModel};
-use dynamics_gpu::{Gpu, GpuError, compile_kernel};
 
 use crate::random_states::{Visit, every_model};
 

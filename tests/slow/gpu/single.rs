@@ -2,11 +2,11 @@
 
 use std::env;
 
+use dynamics::gpu::{SingleGpu, SingleGpuError, kernel_in_wgsl};
 use dynamics::lanes::limit_vectors;
 use dynamics::model::ModelState;
 use dynamics::prelude::*;
 use dynamics::simulate::ends;
-use dynamics_gpu::{SingleGpu, SingleGpuError, kernel_in_wgsl};
 
 /// Two masses on springs, of which one is on a pendulum that a motor turns; with what single precision has
 /// functions for.

@@ -1,0 +1,232 @@
+//! Graphics cards. A card makes many blocks at once, since it has many threads; the cores prepare the runs.
+
+use std::sync::Mutex;
+
+use dynamics_analysis::shared::shared;
+use dynamics_runtime::simulate::{Simulate, Simulation};
+
+use super::{Cores, Ends, EndsElsewhere, Job, Made, Opened, Place, PlaceFor};
+use crate::error::EnsembleError;
+
+/// Runs that the card makes at once, or a few more: enough for all of its threads.
+const RUNS_AT_ONCE: usize = 1 << 15;
+
+/// A card, or the cores where there is none.
+struct Card {
+    name: String,
+    /// Where there is no card.
+    cores: Option<Cores>,
+}
+
+impl Card {
+    /// The cores, because there is no card.
+    fn missing(why: &dyn std::fmt::Display) -> Self {
+        let cores = Cores::default();
+        Self { name: format!("{}: {why}", cores.name()), cores: Some(cores) }
+    }
+}
+
+impl Place for Card {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn is_divided(&self) -> bool {
+        false
+    }
+
+    fn is_main(&self) -> bool {
+        true
+    }
+
+    fn of_main(&self, value: u64) -> u64 {
+        value
+    }
+
+    fn all_or_none(&self, result: Result<(), EnsembleError>) -> Result<(), EnsembleError> {
+        result
+    }
+
+    fn make(&self, job: &Job<'_>) -> Result<Made, EnsembleError> {
+        if let Some(cores) = &self.cores {
+            return cores.make(job);
+        }
+        let missing = job.missing()?;
+        let bar = job.bar(missing.runs, true);
+        let most = RUNS_AT_ONCE.div_ceil(job.partition.block);
+        // Blocks that follow each other, in groups.
+        let mut groups: Vec<std::ops::Range<usize>> = Vec::new();
+        for block in missing.blocks {
+            match groups.last_mut().filter(|group| group.end == block && group.len() < most) {
+                Some(group) => group.end += 1,
+                None => groups.push(block..block + 1),
+            }
+        }
+        let group = |k: usize| job.make_together(groups[k].clone(), &bar);
+        let made = shared(groups.len(), None, group).map_err(EnsembleError::Threads)?;
+        let in_memory = made.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
+        Ok(Made { in_memory, made: missing.runs, damaged: missing.damaged })
+    }
+}
+
+/// How many runs a card has made.
+#[derive(Default)]
+struct Counts {
+    on_card: usize,
+    all: usize,
+    /// The largest measured error, and the runs that were measured.
+    error: (f64, usize),
+}
+
+impl Counts {
+    fn add(counts: &Mutex<Self>, on_card: usize, all: usize, error: (f64, usize)) {
+        // Poisoned only if a thread has panicked, which ends the ensemble.
+        let Ok(mut counts) = counts.lock() else { return };
+        counts.on_card += on_card;
+        counts.all += all;
+        counts.error = (counts.error.0.max(error.0), counts.error.1 + error.1);
+    }
+
+    fn text(counts: &Mutex<Self>) -> String {
+        let Ok(counts) = counts.lock() else { return String::new() };
+        let Self { on_card, all, error: (error, measured) } = *counts;
+        let by = match all - on_card {
+            0 => String::new(),
+            rest => format!("; {rest} of {all} by the processor"),
+        };
+        match measured {
+            0 => by,
+            _ => format!("{by}; in single precision, to {error:.1e} in {measured} runs that were repeated"),
+        }
+    }
+}
+
+#[cfg(feature = "cuda")]
+mod double {
+    use dynamics_gpu::{Gpu, GpuError};
+    use dynamics_runtime::model::PrintedInC;
+
+    use super::*;
+
+    struct OnCard {
+        gpu: Gpu,
+        counts: Mutex<Counts>,
+    }
+
+    impl<M: Simulate + PrintedInC> EndsElsewhere<M> for OnCard {
+        fn ends<'a>(
+            &self,
+            count: usize,
+            run: &dyn Fn(usize) -> Simulation<'a, M>,
+        ) -> Result<Ends<M>, EnsembleError>
+        where
+            M: 'a,
+        {
+            let done = self.gpu.ends((0..count).map(run));
+            let done = done.map_err(|error| EnsembleError::Place {
+                place: self.gpu.name().to_owned(),
+                message: error.to_string(),
+            })?;
+            Counts::add(&self.counts, done.on_device, count, (0.0, 0));
+            Ok(done.ends)
+        }
+
+        fn way(&self) -> &'static str {
+            match self.gpu.is_exact() {
+                true => "ends, on a card without fused products",
+                false => "ends, on a card with fused products",
+            }
+        }
+
+        fn remark(&self) -> String {
+            Counts::text(&self.counts)
+        }
+    }
+
+    impl<M: Simulate + PrintedInC> PlaceFor<M> for Gpu {
+        fn opened<'p>(self) -> Opened<'p, M>
+        where
+            Self: 'p,
+        {
+            let place = Card { name: self.name().to_owned(), cores: None };
+            let elsewhere = OnCard { gpu: self, counts: Mutex::default() };
+            Opened { place: Box::new(place), elsewhere: Some(Box::new(elsewhere)) }
+        }
+    }
+
+    impl<M: Simulate + PrintedInC> PlaceFor<M> for Result<Gpu, GpuError> {
+        fn opened<'p>(self) -> Opened<'p, M>
+        where
+            Self: 'p,
+        {
+            match self {
+                Ok(gpu) => gpu.opened(),
+                Err(why) => Opened { place: Box::new(Card::missing(&why)), elsewhere: None },
+            }
+        }
+    }
+}
+
+#[cfg(feature = "wgpu")]
+mod single {
+    use dynamics_gpu::{SingleGpu, SingleGpuError};
+    use dynamics_runtime::model::PrintedInWgsl;
+
+    use super::*;
+
+    struct OnSingleCard {
+        gpu: SingleGpu,
+        counts: Mutex<Counts>,
+    }
+
+    impl<M: Simulate + PrintedInWgsl> EndsElsewhere<M> for OnSingleCard {
+        fn ends<'a>(
+            &self,
+            count: usize,
+            run: &dyn Fn(usize) -> Simulation<'a, M>,
+        ) -> Result<Ends<M>, EnsembleError>
+        where
+            M: 'a,
+        {
+            let done = self.gpu.ends((0..count).map(run));
+            let done = done.map_err(|error| EnsembleError::Place {
+                place: self.gpu.name().to_owned(),
+                message: error.to_string(),
+            })?;
+            let error = done.measured_error.unwrap_or_default();
+            Counts::add(&self.counts, done.on_device, count, error);
+            Ok(done.ends)
+        }
+
+        fn way(&self) -> &'static str {
+            "ends, on a card in single precision"
+        }
+
+        fn remark(&self) -> String {
+            Counts::text(&self.counts)
+        }
+    }
+
+    impl<M: Simulate + PrintedInWgsl> PlaceFor<M> for SingleGpu {
+        fn opened<'p>(self) -> Opened<'p, M>
+        where
+            Self: 'p,
+        {
+            let place = Card { name: self.name().to_owned(), cores: None };
+            let elsewhere = OnSingleCard { gpu: self, counts: Mutex::default() };
+            Opened { place: Box::new(place), elsewhere: Some(Box::new(elsewhere)) }
+        }
+    }
+
+    impl<M: Simulate + PrintedInWgsl> PlaceFor<M> for Result<SingleGpu, SingleGpuError> {
+        fn opened<'p>(self) -> Opened<'p, M>
+        where
+            Self: 'p,
+        {
+            match self {
+                Ok(gpu) => gpu.opened(),
+                Err(why) => Opened { place: Box::new(Card::missing(&why)), elsewhere: None },
+            }
+        }
+    }
+}
