@@ -59,12 +59,12 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         if let Err(failure) = result {
             return Err(interrupted(failure, trajectory));
         }
-        let mut motion = Motion::new(run.model, run.constants, run.law, trajectory);
+        let mut motion = Motion::new(run.model, run.constants, run.law, Arc::new(trajectory));
         if let (Some(mut reference), Some(erased_method)) = (run.reference, &motion.trajectory.erased_method)
         {
             let mut error = compare(&motion.trajectory, &mut reference, erased_method.method().order());
             error.between = error.ratio.map(|_| between(&motion, &reference.middles));
-            motion.trajectory.error = Some(Arc::new(error));
+            Arc::make_mut(&mut motion.trajectory).error = Some(Arc::new(error));
         }
         Ok(motion)
     }
@@ -511,6 +511,6 @@ fn interrupted<M: SimulationModel>(failure: RunFailure, trajectory: Trajectory<M
         time: state.t(),
         step: failure.h,
         state: Box::new(state),
-        trajectory: Some(Box::new(trajectory)),
+        trajectory: Some(Arc::new(trajectory)),
     }
 }

@@ -1,0 +1,4 @@
+//! Mechanisms for Python.
+mod double_pendulum;
+pub use double_pendulum::DoublePendulum;
+dynamics_python::module!(mechanisms, DoublePendulum);
