@@ -59,9 +59,9 @@ pub(crate) struct Field {
     /// The first line of its documentation and more; empty where there is none.
     pub(crate) documentation: &'static str,
     /// Its type in stubs, as an argument.
-    pub(crate) takes: String,
+    pub(crate) takes: &'static str,
     /// Its type in stubs, as an attribute.
-    pub(crate) gives: String,
+    pub(crate) gives: &'static str,
 }
 
 impl Field {

@@ -55,7 +55,8 @@
 //! | `run`, `evaluate` | a run with Python's options and functions; values at many states |
 //! | `law`, `interrupt` | functions of Python in a run; long work without Python's lock, which Ctrl-C ends |
 //! | `model`, `state`, `motion`, `summary`, `linear`, `live` | the classes of Python |
-//! | `options`, `arrays`, `errors` | options of a run; arrays of NumPy; exceptions |
+//! | `start`, `options` | what `state(..)` and `simulate(..)` are given |
+//! | `arrays`, `errors` | arrays of NumPy; exceptions |
 //! | `register`, `stub` | the classes as a module; its type stubs |
 
 mod argument;
@@ -74,6 +75,7 @@ mod motion;
 mod options;
 mod register;
 mod run;
+mod start;
 mod state;
 mod stub;
 mod summary;
@@ -82,7 +84,7 @@ mod typed;
 pub use argument::{Argument, Element, Given};
 pub use info::Info;
 pub use pyo3;
-pub use typed::{ModelFields, PythonModel};
+pub use typed::{FieldTypes, ModelFields, PythonModel};
 
 /// What `module!` refers to. Not for use by hand: it changes without notice.
 #[doc(hidden)]
@@ -96,14 +98,14 @@ pub mod __private {
 /// The first name is that of the module, as Python imports it: the name of the library in Cargo.toml, or the
 /// last part of `module-name` in pyproject.toml. The models are structs of this crate. Their fields must be
 /// visible where the macro stands, and have types that Python can give: [`Argument`]. A model of another crate
-/// is written with its fields: `module!(pendulums, other::Pendulum { mass: f64, length: f64 });`.
+/// is written with its fields: `module!(pendulums, other::Pendulum { mass, length });`.
 ///
 /// Documentation before the name is that of the module.
 #[macro_export]
 macro_rules! module {
     (
         $(#[$attribute:meta])* $name:ident,
-        $($($model:ident)::+ $({ $($field:ident : $ty:ty),* $(,)? })?),+ $(,)?
+        $($($model:ident)::+ $({ $($field:ident),* $(,)? })?),+ $(,)?
     ) => {
         $(#[$attribute])*
         #[$crate::pyo3::pymodule]
@@ -112,7 +114,7 @@ macro_rules! module {
             module: &$crate::pyo3::Bound<'_, $crate::pyo3::types::PyModule>,
         ) -> $crate::pyo3::PyResult<()> {
             $crate::__private::shared(module)?;
-            $($crate::__class!(module, $($model)::+ $({ $($field : $ty),* })?);)+
+            $($crate::__class!(module, $($model)::+ $({ $($field),* })?);)+
             $crate::__private::stubs(module)
         }
     };
@@ -124,20 +126,20 @@ macro_rules! module {
 macro_rules! __class {
     ($module:ident, $($model:ident)::+) => {{
         struct Fields;
-        $($model)::+! { @fields $crate::__fields { [$($model)::+] Fields } }
+        $($model)::+! { @fields $crate::__fields_of_struct { [$($model)::+] Fields } }
         $crate::__private::model::<Fields>($module)?
     }};
-    ($module:ident, $($model:ident)::+ { $($field:ident : $ty:ty),* }) => {{
+    ($module:ident, $($model:ident)::+ { $($field:ident),* }) => {{
         struct Fields;
-        $crate::__fields! { { struct Model { $($field: $ty),* } } [$($model)::+] Fields }
+        $crate::__fields! { [$($field),*] [$($model)::+] Fields }
         $crate::__private::model::<Fields>($module)?
     }};
 }
 
-/// Implements [`ModelFields`] from the struct's tokens.
+/// Hands the names of the fields over, from the struct's tokens.
 #[doc(hidden)]
 #[macro_export]
-macro_rules! __fields {
+macro_rules! __fields_of_struct {
     (
         {
             $(#[$attribute:meta])*
@@ -145,16 +147,29 @@ macro_rules! __fields {
                 $($(#[$about:meta])* $field_vis:vis $field:ident : $ty:ty),* $(,)?
             }
         }
-        [$($model:ident)::+] $fields:ident
+        $model:tt $fields:ident
     ) => {
+        $crate::__fields! { [$($field),*] $model $fields }
+    };
+    ({ $(#[$attribute:meta])* $vis:vis struct $name:ident; } $model:tt $fields:ident) => {
+        $crate::__fields! { [] $model $fields }
+    };
+}
+
+/// Implements [`ModelFields`].
+#[doc(hidden)]
+#[macro_export]
+macro_rules! __fields {
+    ([$($field:ident),*] [$($model:ident)::+] $fields:ident) => {
         $($crate::__name_is_free!($field);)*
         impl $crate::ModelFields for $fields {
             type Model = $($model)::+;
-            const FIELDS: &'static [(&'static str, &'static str, &'static str)] = &[$((
-                stringify!($field),
-                <$ty as $crate::Argument>::TAKES,
-                <$ty as $crate::Argument>::GIVES,
-            )),*];
+            fn fields() -> ::std::vec::Vec<$crate::FieldTypes> {
+                ::std::vec![$($crate::FieldTypes::of(
+                    stringify!($field),
+                    |model: &Self::Model| &model.$field,
+                )),*]
+            }
             const TEXTS: [&'static str; 4] = [
                 <$($model)::+>::EQUATIONS,
                 <$($model)::+>::LATEX,
@@ -162,7 +177,7 @@ macro_rules! __fields {
                 <$($model)::+>::LISTING,
             ];
             fn construct(given: &mut $crate::Given<'_, '_>) -> $crate::pyo3::PyResult<Self::Model> {
-                Ok($($model)::+ { $($field: given.field::<$ty>(stringify!($field))?),* })
+                Ok($($model)::+ { $($field: given.field(stringify!($field))?),* })
             }
             #[allow(unused_variables)]
             fn set<'py>(
@@ -177,9 +192,6 @@ macro_rules! __fields {
                 }
             }
         }
-    };
-    ({ $(#[$attribute:meta])* $vis:vis struct $name:ident; } $model:tt $fields:ident) => {
-        $crate::__fields! { { struct $name {} } $model $fields }
     };
 }
 

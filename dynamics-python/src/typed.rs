@@ -9,7 +9,7 @@ use dynamics::simulate::{Motion, MotionRecord, Summary};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::argument::Given;
+use crate::argument::{Argument, Given};
 use crate::data::{Columns, Evaluation, EventData, GivenState, LinearData, Matrix, StateData, Table, vector};
 use crate::erased::{AnyClass, AnyModel, AnyMotion, File, LiveOptions, RunResult, States, Times};
 use crate::evaluate;
@@ -26,12 +26,28 @@ pub trait PythonModel:
 
 impl<M: SimulationModel + Portable + Draw + Parameters + Clone + Send + Sync + 'static> PythonModel for M {}
 
+/// A field: its name, and its types in stubs as an argument and as an attribute.
+#[derive(Clone, Copy, Debug)]
+pub struct FieldTypes {
+    name: &'static str,
+    takes: &'static str,
+    gives: &'static str,
+}
+
+impl FieldTypes {
+    /// Of the field that a function returns.
+    #[must_use]
+    pub fn of<M, T: Argument>(name: &'static str, _: fn(&M) -> &T) -> Self {
+        Self { name, takes: T::TAKES, gives: T::GIVES }
+    }
+}
+
 /// A model with its fields, as `module!` reads them.
 pub trait ModelFields: Send + Sync + 'static {
     /// The model.
     type Model: PythonModel;
-    /// Names of the fields, and their types in stubs as arguments and as attributes.
-    const FIELDS: &'static [(&'static str, &'static str, &'static str)];
+    /// Names of the fields, and their types in stubs.
+    fn fields() -> Vec<FieldTypes>;
     /// The model's texts: equations, LaTeX, report, listing.
     const TEXTS: [&'static str; 4];
     /// The model of keyword arguments.
@@ -68,19 +84,19 @@ fn info<F: ModelFields>() -> Info {
     type Of<F> = <F as ModelFields>::Model;
     let parameters = Slot::of(<Of<F>>::PARAMETERS);
     let documented = <Of<F> as Described>::FIELD_DOCUMENTATION;
-    let field = |(name, takes, gives): &(&'static str, &str, &str)| {
+    let field = |FieldTypes { name, takes, gives }: FieldTypes| {
         // The components of vectors and matrices have names after a point.
-        let same = |slot: &&Slot| slot.name == *name || slot.name.split('.').next() == Some(name);
+        let same = |slot: &&Slot| slot.name == name || slot.name.split('.').next() == Some(name);
         let unit = parameters.iter().find(same).map_or(String::new(), |slot| slot.unit.clone());
-        let documentation = documented.iter().find(|(field, _)| field == name).map_or("", |(_, text)| text);
-        Field { name, unit, documentation, takes: (*takes).to_owned(), gives: (*gives).to_owned() }
+        let documentation = documented.iter().find(|(field, _)| *field == name).map_or("", |(_, text)| text);
+        Field { name, unit, documentation, takes, gives }
     };
     let [equations, latex, report, listing] = F::TEXTS;
     Info {
         class: std::sync::OnceLock::new(),
         name: <Of<F> as Described>::NAME,
         documentation: <Of<F> as Described>::DOCUMENTATION,
-        fields: F::FIELDS.iter().map(field).collect(),
+        fields: F::fields().into_iter().map(field).collect(),
         coordinates: Slot::of(<Of<F>>::COORDINATES),
         inputs: Slot::of(<Of<F>>::INPUTS),
         speeds: Slot::of(<Of<F>>::SPEEDS),
