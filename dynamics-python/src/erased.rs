@@ -10,7 +10,7 @@ use dynamics::simulate::Summary;
 use crate::arrays::Rows;
 use crate::data::{Columns, Evaluation, EventData, Failure, GivenState, LinearData, StateData, Table};
 use crate::info::Info;
-use crate::law::Interruption;
+use crate::law::{Interruption, Signals};
 use crate::options::{Callbacks, Options};
 
 /// A class of models.
@@ -52,6 +52,7 @@ pub(crate) trait AnyModel: Send + Sync {
         options: &Options,
         callbacks: Arc<Callbacks>,
         interruption: &Interruption,
+        signals: &Signals,
     ) -> RunResult;
     /// Values at states, row by row, and how many there are in a row; an error names the row.
     fn evaluate(&self, what: Evaluation, at: &States) -> Result<(Vec<f64>, Vec<usize>), String>;

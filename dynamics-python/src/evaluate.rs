@@ -5,7 +5,7 @@ use dynamics::model::{Model, ModelState as _, Vector};
 
 use crate::data::{Evaluation, vector};
 use crate::erased::States;
-use crate::typed::PythonModel;
+use crate::python_model::PythonModel;
 
 /// Values at states, row by row, and the shape of a row.
 pub(crate) fn evaluate<M: PythonModel>(

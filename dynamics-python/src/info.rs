@@ -139,6 +139,14 @@ impl Info {
         Some((Part::Velocities, &self.coordinates[i]))
     }
 
+    /// Outputs by their common names: `place` of `place.x`.
+    pub(crate) fn output_names(&self) -> Vec<String> {
+        let common = |name: &str| name.split(['.', '[']).next().unwrap_or_default().to_owned();
+        let mut names: Vec<String> = self.outputs.iter().map(|output| common(output.name)).collect();
+        names.dedup();
+        names
+    }
+
     /// What can be given to `state(..)`, in words.
     pub(crate) fn state_names(&self) -> String {
         let coordinates = self.coordinates.iter().map(Slot::shown);

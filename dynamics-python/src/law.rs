@@ -3,9 +3,10 @@
 //! A run cannot raise an exception of Python. The first one is kept, the run is cancelled, and the exception
 //! is raised when the run has ended.
 
-use std::sync::Arc;
-use std::sync::Mutex;
+use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -36,6 +37,43 @@ impl Interruption {
     /// The reason, if there is one.
     pub(crate) fn take(&self) -> Option<PyErr> {
         self.error.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).take()
+    }
+}
+
+/// How long a signal may wait: short enough to feel immediate, long enough to cost nothing.
+const BETWEEN_SIGNALS: Duration = Duration::from_millis(50);
+
+/// Looks for signals in a run. Python handles them on its main thread; elsewhere there is nothing to do.
+#[derive(Debug)]
+pub(crate) struct Signals {
+    is_main: bool,
+}
+
+impl Signals {
+    /// Of the thread that calls this.
+    pub(crate) fn of_this_thread(py: Python<'_>) -> PyResult<Self> {
+        let threading = py.import("threading")?;
+        let main = threading.call_method0("main_thread")?;
+        Ok(Self { is_main: threading.call_method0("current_thread")?.is(&main) })
+    }
+
+    /// What a run asks before every step: whether a signal raised an exception (`KeyboardInterrupt`), which
+    /// is kept in the interruption.
+    pub(crate) fn asked(&self, interruption: &Interruption) -> impl Fn() -> bool {
+        let last = Cell::new(Instant::now());
+        move || {
+            if !self.is_main || last.get().elapsed() < BETWEEN_SIGNALS {
+                return false;
+            }
+            last.set(Instant::now());
+            match Python::attach(|py| py.check_signals()) {
+                Ok(()) => false,
+                Err(error) => {
+                    interruption.raise(error);
+                    true
+                }
+            }
+        }
     }
 }
 

@@ -51,9 +51,9 @@
 //! |---|---|
 //! | `argument` | [`Argument`]: fields of models from Python's values |
 //! | `info`, `data` | names of a model; states and tables as plain data |
-//! | `typed`, `erased` | classes, models and motions with their types, and without |
+//! | `python_model`, `typed`, `erased` | classes, models and motions with their types, and without |
 //! | `run`, `evaluate` | a run with Python's options and functions; values at many states |
-//! | `law`, `interrupt` | functions of Python in a run; long work without Python's lock, which Ctrl-C ends |
+//! | `law` | functions of Python in a run, and Ctrl-C, which ends it |
 //! | `model`, `state`, `motion`, `summary`, `linear`, `live` | the classes of Python |
 //! | `start`, `options` | what `state(..)` and `simulate(..)` are given |
 //! | `arrays`, `errors` | arrays of NumPy; exceptions |
@@ -66,13 +66,13 @@ mod erased;
 mod errors;
 mod evaluate;
 mod info;
-mod interrupt;
 mod law;
 mod linear;
 mod live;
 mod model;
 mod motion;
 mod options;
+mod python_model;
 mod register;
 mod run;
 mod start;
@@ -84,7 +84,8 @@ mod typed;
 pub use argument::{Argument, Element, Given};
 pub use info::Info;
 pub use pyo3;
-pub use typed::{FieldTypes, ModelFields, PythonModel};
+pub use python_model::PythonModel;
+pub use typed::{FieldTypes, ModelFields};
 
 /// What `module!` refers to. Not for use by hand: it changes without notice.
 #[doc(hidden)]
@@ -97,8 +98,8 @@ pub mod __private {
 ///
 /// The first name is that of the module, as Python imports it: the name of the library in Cargo.toml, or the
 /// last part of `module-name` in pyproject.toml. The models are structs of this crate. Their fields must be
-/// visible where the macro stands, and have types that Python can give: [`Argument`]. A model of another crate
-/// is written with its fields: `module!(pendulums, other::Pendulum { mass, length });`.
+/// visible where the macro stands, and have types that Python can give: [`Argument`]. A model of another
+/// crate is written with its fields: `module!(pendulums, other::Pendulum { mass, length });`.
 ///
 /// Documentation before the name is that of the module.
 #[macro_export]

@@ -4,7 +4,7 @@ use std::sync::{Arc, RwLock};
 
 use pyo3::exceptions::{PyAttributeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple, PyType};
+use pyo3::types::{PyDict, PyList, PyTuple, PyType};
 
 use dynamics::model::ActiveSet;
 
@@ -13,8 +13,7 @@ use crate::data::{Evaluation, StateData};
 use crate::erased::{AnyClass, AnyModel, LiveOptions, States};
 use crate::errors;
 use crate::info::Info;
-use crate::interrupt::without_lock;
-use crate::law::Interruption;
+use crate::law::{Interruption, Signals};
 use crate::linear::{Equilibrium, Linearization};
 use crate::live::LivePage;
 use crate::motion::Motion;
@@ -63,6 +62,12 @@ impl Model {
         Arc::clone(&self.values.read().unwrap_or_else(|poisoned| poisoned.into_inner()).model)
     }
 
+    /// The model as it is now, and what its attributes show.
+    fn now(&self, py: Python<'_>) -> (Arc<dyn AnyModel>, Py<PyDict>) {
+        let values = self.values.read().unwrap_or_else(|poisoned| poisoned.into_inner());
+        (Arc::clone(&values.model), values.shown.clone_ref(py))
+    }
+
     /// Names and values of the parameters, in order.
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let values = self.values.read().unwrap_or_else(|poisoned| poisoned.into_inner());
@@ -85,12 +90,6 @@ impl Model {
         }
     }
 
-    /// A copy that later settings do not reach.
-    fn copy<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let parameters = slf.get().parameters(slf.py())?;
-        slf.get_type().call((), Some(&parameters))
-    }
-
     /// Evaluates at the states of these arguments.
     fn evaluate<'py>(
         &self,
@@ -99,16 +98,18 @@ impl Model {
         at: &At<'_, 'py>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (states, count) = at.states(&self.info)?;
-        let (model, interruption) = (self.model(), Interruption::default());
+        let model = self.model();
         // One state takes less time than to let go of the lock.
         let evaluated = match count {
             None => model.evaluate(what, &states),
-            Some(_) => without_lock(py, &interruption, || model.evaluate(what, &states))?,
+            Some(_) => py.detach(|| model.evaluate(what, &states)),
         };
-        if let Some(error) = interruption.take() {
-            return Err(error);
-        }
         let (values, shape) = evaluated.map_err(|text| errors::raised(py, "EvaluationError", text))?;
+        let unknown = |values: &[f64]| values.iter().any(|value| value.is_nan());
+        if unknown(&states.inputs.values) && unknown(&values) {
+            let names: Vec<String> = self.info.inputs.iter().map(|slot| slot.shown()).collect();
+            return Err(PyTypeError::new_err(format!("{what:?} need inputs: give {}", names.join(", "))));
+        }
         let shape: Vec<usize> = count.into_iter().chain(shape).collect();
         arrays::shaped(py, values, &shape)
     }
@@ -365,16 +366,16 @@ impl Model {
 
     /// The equilibrium near a state, with a verdict on its stability.
     fn equilibrium(&self, py: Python<'_>, near: &Bound<'_, State>) -> PyResult<Equilibrium> {
-        let (model, near, interruption) = (self.model(), self.own(near)?, Interruption::default());
-        let found = without_lock(py, &interruption, || model.equilibrium(near))?;
+        let (model, near) = (self.model(), self.own(near)?);
+        let found = py.detach(|| model.equilibrium(near));
         let (state, text, stability) = found.map_err(|text| errors::raised(py, "EvaluationError", text))?;
         Ok(Equilibrium { state: State::new(&self.info, state).into_pyobject(py)?.unbind(), text, stability })
     }
 
     /// The linear equations of small motions about a state: mass, damping, stiffness, and the modes.
     fn linearize(&self, py: Python<'_>, at: &Bound<'_, State>) -> PyResult<Linearization> {
-        let (model, at, interruption) = (self.model(), self.own(at)?, Interruption::default());
-        let data = without_lock(py, &interruption, || model.linearize(at))?;
+        let (model, at) = (self.model(), self.own(at)?);
+        let data = py.detach(|| model.linearize(at));
         Ok(Linearization { data: data.map_err(|text| errors::raised(py, "EvaluationError", text))? })
     }
 
@@ -474,22 +475,8 @@ impl Model {
         if !slf.get_type().is(&other.get_type()) {
             return Ok(false);
         }
-        let numpy = slf.py().import("numpy")?;
         let [all, others] = [slf.get().parameters(slf.py())?, other.get().parameters(slf.py())?];
-        for (name, value) in all.iter() {
-            let same = match others.get_item(name)? {
-                None => false,
-                // Of parts that are no arrays, such as dictionaries, Python's own equality decides.
-                Some(of_other) => match numpy.call_method1("array_equal", (&value, &of_other)) {
-                    Ok(same) => same.is_truthy()?,
-                    Err(_) => value.eq(of_other)?,
-                },
-            };
-            if !same {
-                return Ok(false);
-            }
-        }
-        Ok(true)
+        same(all.as_any(), others.as_any())
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -500,6 +487,32 @@ impl Model {
         }
         Ok(format!("{}({})", self.info.name, parts.join(", ")))
     }
+}
+
+/// Whether two values are equal, arrays by their elements, within tuples, lists and dictionaries, too.
+fn same(one: &Bound<'_, PyAny>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
+    if let (Ok(one), Ok(other)) = (one.cast::<PyDict>(), other.cast::<PyDict>()) {
+        let of = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| match other.get_item(key)? {
+            Some(of_other) => same(&value, &of_other),
+            None => Ok(false),
+        };
+        return all(one.len() == other.len(), one.iter().map(of));
+    }
+    if let (Ok(one), Ok(other)) = (one.cast::<PyTuple>(), other.cast::<PyTuple>()) {
+        return all(one.len() == other.len(), one.iter().zip(other).map(|(one, other)| same(&one, &other)));
+    }
+    if let (Ok(one), Ok(other)) = (one.cast::<PyList>(), other.cast::<PyList>()) {
+        return all(one.len() == other.len(), one.iter().zip(other).map(|(one, other)| same(&one, &other)));
+    }
+    one.py().import("numpy")?.call_method1("array_equal", (one, other))?.is_truthy()
+}
+
+/// Whether all hold; the first error counts.
+fn all(first: bool, mut rest: impl Iterator<Item = PyResult<bool>>) -> PyResult<bool> {
+    if !first {
+        return Ok(false);
+    }
+    rest.find(|one| !matches!(one, Ok(true))).unwrap_or(Ok(true))
 }
 
 /// Names of what can be evaluated.
@@ -527,11 +540,13 @@ fn run(
 ) -> PyResult<Motion> {
     let (py, model) = (slf.py(), slf.get());
     let (interruption, callbacks) = (Interruption::default(), Arc::new(callbacks));
-    let running = model.model();
+    // Read together: another thread may set a parameter.
+    let (running, parameters) = model.now(py);
+    let signals = Signals::of_this_thread(py)?;
     let (motion, failure) =
-        without_lock(py, &interruption, || running.simulate(start, options, callbacks, &interruption))?;
-    let moved = Model::copy(slf)?.unbind();
-    let motion = motion.map(|motion| Motion { info: Arc::clone(&model.info), motion, model: moved });
+        py.detach(|| running.simulate(start, options, callbacks, &interruption, &signals));
+    let (info, class) = (Arc::clone(&model.info), slf.get_type().unbind());
+    let motion = motion.map(|motion| Motion { info, motion, class, parameters });
     if let Some(error) = interruption.take() {
         // A `KeyboardInterrupt`, or what a function of Python raised, with what was computed up to there.
         if let Some(motion) = motion {

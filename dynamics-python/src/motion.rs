@@ -5,13 +5,12 @@ use std::sync::Arc;
 
 use pyo3::exceptions::{PyAttributeError, PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PyTuple};
+use pyo3::types::{PyDict, PyList, PyTuple, PyType};
 
 use crate::arrays;
 use crate::data::{Columns, Matrix, Table};
 use crate::erased::{AnyMotion, File, Times};
 use crate::info::{Info, Part};
-use crate::interrupt::without_lock;
 use crate::law::Interruption;
 use crate::live::{LivePage, framed};
 use crate::state::State;
@@ -28,8 +27,9 @@ const HEIGHT: u32 = 640;
 pub struct Motion {
     pub(crate) info: Arc<Info>,
     pub(crate) motion: Arc<dyn AnyMotion>,
-    /// The model that moved, as it was then.
-    pub(crate) model: Py<PyAny>,
+    /// The class of the model that moved, and the parameters that it had then.
+    pub(crate) class: Py<PyType>,
+    pub(crate) parameters: Py<PyDict>,
 }
 
 impl std::fmt::Debug for Motion {
@@ -46,7 +46,7 @@ impl Motion {
         work: impl FnOnce(&dyn AnyMotion, &Interruption) -> T + Send,
     ) -> PyResult<T> {
         let interruption = Interruption::default();
-        let result = without_lock(py, &interruption, || work(&*self.motion, &interruption))?;
+        let result = py.detach(|| work(&*self.motion, &interruption));
         match interruption.take() {
             Some(error) => Err(error),
             None => Ok(result),
@@ -165,8 +165,8 @@ impl Motion {
 impl Motion {
     /// The model that moved. It has the parameters that it had then.
     #[getter]
-    fn model(&self, py: Python<'_>) -> Py<PyAny> {
-        self.model.clone_ref(py)
+    fn model<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.class.bind(py).call((), Some(self.parameters.bind(py)))
     }
 
     /// The times of the run's output, or of its accepted steps.
@@ -342,7 +342,7 @@ impl Motion {
     }
 
     /// The summary with all checks that repeat the motion: its global error, works of forces, singular
-    /// positions. It costs three to five times as much as the run.
+    /// positions. It costs three to five times as much as the run, and Ctrl-C does not end it.
     fn verify(&self, py: Python<'_>) -> PyResult<Summary> {
         Ok(Summary { data: self.read(py, |motion, interruption| motion.summary(true, interruption))? })
     }
@@ -398,6 +398,15 @@ impl Motion {
 
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         self.get(py, name, None)
+    }
+
+    fn __dir__(slf: &Bound<'_, Self>) -> PyResult<Vec<String>> {
+        let info = &slf.get().info;
+        let own: Vec<String> = slf.get_type().dir()?.extract()?;
+        let names =
+            info.coordinates.iter().flat_map(|slot| [slot.name.clone(), format!("{}_rate", slot.name)]);
+        let inputs = info.inputs.iter().map(|slot| slot.name.clone());
+        Ok(own.into_iter().chain(names).chain(inputs).chain(info.output_names()).collect())
     }
 
     fn __reduce__(&self) -> PyResult<Py<PyTuple>> {

@@ -49,7 +49,7 @@ pub(crate) struct Callbacks {
     pub(crate) actions: Vec<(String, Direction, Py<PyAny>)>,
 }
 
-/// Names of methods in Python, in the order of the reference.
+/// Names of methods in Python.
 pub(crate) const METHODS: &[&str] = &[
     "rk4",
     "dormand_prince5",
@@ -59,21 +59,32 @@ pub(crate) const METHODS: &[&str] = &[
     "gragg_bulirsch_stoer",
     "taylor",
     "radau5",
-    "esdirk4",
     "generalized_alpha",
-    "gauss4",
     "gauss6",
-    "energy_midpoint",
     "semi_implicit_euler",
     "stormer_verlet",
     "rattle",
+    #[cfg(feature = "all-methods")]
+    "esdirk4",
+    #[cfg(feature = "all-methods")]
+    "gauss4",
+    #[cfg(feature = "all-methods")]
+    "energy_midpoint",
+    #[cfg(feature = "all-methods")]
     "composition4",
+    #[cfg(feature = "all-methods")]
     "composition6",
+    #[cfg(feature = "all-methods")]
     "composition8",
+    #[cfg(feature = "all-methods")]
     "explicit_euler",
+    #[cfg(feature = "all-methods")]
     "heun",
+    #[cfg(feature = "all-methods")]
     "adams_bashforth2",
+    #[cfg(feature = "all-methods")]
     "adams_bashforth3",
+    #[cfg(feature = "all-methods")]
     "adams_bashforth4",
 ];
 
@@ -93,9 +104,13 @@ pub(crate) fn method(value: &Bound<'_, PyAny>) -> PyResult<MethodName> {
         }
     };
     let Some(known) = METHODS.iter().find(|known| **known == name) else {
+        let known = METHODS.join(", ");
+        let more = match cfg!(feature = "all-methods") {
+            true => "",
+            false => "; further ones with the feature `all-methods` of dynamics-python",
+        };
         return Err(PyValueError::new_err(format!(
-            "method: `{name}` is not known; the methods are {}",
-            METHODS.join(", ")
+            "method: `{name}` is not known; the methods are {known}{more}"
         )));
     };
     if option.is_some() && WITH_OPTION.iter().all(|(with, _)| with != known) {

@@ -165,7 +165,7 @@ impl State {
 
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
         let other = other.cast::<Self>();
-        other.is_ok_and(|other| other.get().info.name == self.info.name && other.get().data == self.data)
+        other.is_ok_and(|other| other.get().info.name == self.info.name && other.get().data.is(&self.data))
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

@@ -52,7 +52,7 @@ fn of_class(info: &Info) -> String {
     for (attribute, _) in attributes(info) {
         line(format_args!("    @property\n    def {attribute}(self) -> Array: ..."));
     }
-    for output in outputs(info) {
+    for output in info.output_names() {
         line(format_args!("    @property\n    def {output}(self) -> Array: ..."));
     }
     line(format_args!("\nclass {name}(Model[_{name}State, _{name}Motion]):"));
@@ -92,12 +92,4 @@ fn attributes(info: &Info) -> impl Iterator<Item = (String, &Slot)> {
     let both =
         coordinates.flat_map(|slot| [(slot.name.clone(), slot), (format!("{}_rate", slot.name), slot)]);
     both.chain(info.inputs.iter().map(|slot| (slot.name.clone(), slot)))
-}
-
-/// Outputs by their common names: `place` of `place.x`.
-fn outputs(info: &Info) -> Vec<&str> {
-    let mut names: Vec<&str> =
-        info.outputs.iter().filter_map(|output| output.name.split(['.', '[']).next()).collect();
-    names.dedup();
-    names
 }

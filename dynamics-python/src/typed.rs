@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use dynamics::analysis::Analyze as _;
 use dynamics::live::OpenLive as _;
-use dynamics::model::{Draw, ModelState as _, Parameters, Portable, SimulationModel, State, Vector as _};
+use dynamics::model::{ModelState as _, State, Vector as _};
 use dynamics::simulate::{Motion, MotionRecord, Summary};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -14,17 +14,10 @@ use crate::data::{Columns, Evaluation, EventData, GivenState, LinearData, Matrix
 use crate::erased::{AnyClass, AnyModel, AnyMotion, File, LiveOptions, RunResult, States, Times};
 use crate::evaluate;
 use crate::info::{Field, Info, Scalars, Slot};
-use crate::law::{Function, Interruption};
+use crate::law::{Function, Interruption, Signals};
 use crate::options::{Callbacks, Options};
-use crate::run;
-
-/// What a class of Python needs of a model: every derived model that is `Clone` has it.
-pub trait PythonModel:
-    SimulationModel + Portable + Draw + Parameters + Clone + Send + Sync + 'static
-{
-}
-
-impl<M: SimulationModel + Portable + Draw + Parameters + Clone + Send + Sync + 'static> PythonModel for M {}
+use crate::python_model::PythonModel;
+use crate::run::Run;
 
 /// A field: its name, and its types in stubs as an argument and as an attribute.
 #[derive(Clone, Copy, Debug)]
@@ -166,9 +159,10 @@ impl<F: ModelFields> AnyModel for Instance<F> {
         options: &Options,
         callbacks: Arc<Callbacks>,
         interruption: &Interruption,
+        signals: &Signals,
     ) -> RunResult {
-        let (record, failure) =
-            run::run(&*self.model, &self.info, start.typed::<F::Model>(), options, &callbacks, interruption);
+        let run = Run { model: &*self.model, info: &self.info, callbacks: &callbacks, interruption, signals };
+        let (record, failure) = run.run(start.typed::<F::Model>(), options);
         let motion = |record| -> Arc<dyn AnyMotion> {
             let (info, model) = (Arc::clone(&self.info), Arc::clone(&self.model));
             Arc::new(Recorded { info, model, record, callbacks, options: options.clone() })

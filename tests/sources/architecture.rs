@@ -16,6 +16,7 @@ const CRATES: &[&str] = &[
     "dynamics-runtime",
     "dynamics-families",
     "dynamics-analysis",
+    "dynamics-python",
 ];
 
 /// Where the workspace is.

@@ -351,7 +351,7 @@ impl<'r, 'm, M: SimulationModel> RunSetup<'r, 'm, M> {
 
     /// A run without events, without progress bar and without change of method.
     fn plan(&self, rhs: RightHandSide<'r, 'm, M>, options: StepOptions) -> RunPlan<'r, 'm, M> {
-        let Simulation { model, start, max_steps, cancel, .. } = self.simulation;
+        let Simulation { model, start, max_steps, cancel, cancel_when, .. } = self.simulation;
         RunPlan {
             rhs,
             start: *start,
@@ -359,6 +359,7 @@ impl<'r, 'm, M: SimulationModel> RunSetup<'r, 'm, M> {
             options,
             max_steps: *max_steps,
             cancel: *cancel,
+            cancel_when: cancel_when.as_deref(),
             locator: EventLocator::new(model, *self.constants, Vec::new(), Vec::new(), Vec::new()),
             progress: Progress::none(),
             may_change_method: false,

@@ -130,6 +130,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
             consistent_output,
             estimates_error,
             cancel,
+            cancel_when,
             #[cfg(feature = "progress")]
             progress,
         } = self;
@@ -142,6 +143,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
             && sticking.is_empty()
             && formulation.is_none()
             && cancel.is_none()
+            && cancel_when.is_none()
             && *drift_limit > 0.0
             && !consistent_output
             && !estimates_error
