@@ -1,8 +1,10 @@
 //! Evaluations of a model at many states.
 
 use dynamics::constrain::solve_once;
-use dynamics::model::{Model, ModelState as _, Vector};
+use dynamics::lanes::{Lanes, Task, Wide as _, in_four_lanes};
+use dynamics::model::{LaneEvaluation, Model, ModelState as _, SharedValues, Vector, WideOf};
 
+use crate::arrays::Rows;
 use crate::data::{Evaluation, vector};
 use crate::erased::States;
 use crate::python_model::PythonModel;
@@ -16,12 +18,68 @@ pub(crate) fn evaluate<M: PythonModel>(
     let shape = shape::<M>(what);
     let constants = model.constants().map_err(|error| error.to_string())?;
     let mut values = Vec::with_capacity(at.count * shape.iter().product::<usize>());
-    for row in 0..at.count {
+    let together = M::HAS_LANES && what == Evaluation::Accelerations && at.inputs.count.is_none();
+    if together && at.count > 1 {
+        in_four_lanes(Together { model, constants: &constants, at, values: &mut values });
+    }
+    // The other rows, from where a state is not like those beside it.
+    for row in values.len() / shape.iter().product::<usize>().max(1)..at.count {
         let state = state::<M>(at, row);
         one(model, &constants, what, &state, &mut values)
             .map_err(|error| if at.q.count.is_some() { format!("row {row}: {error}") } else { error })?;
     }
     Ok((values, shape))
+}
+
+/// Accelerations of several states side by side, with the bits of one by one. Ends before states to which this
+/// does not apply, and before the last ones that do not fill all lanes.
+struct Together<'a, M: PythonModel> {
+    model: &'a M,
+    constants: &'a M::Constants,
+    at: &'a States,
+    values: &'a mut Vec<f64>,
+}
+
+impl<M: PythonModel> Task for Together<'_, M> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { model, constants, at, values } = self;
+        let (n, shared) = (<M as Model>::Vector::LEN, state::<M>(at, 0));
+        let (mut numbers, mut stored) = (vec![0.0; L::COUNT], vec![0.0; L::COUNT]);
+        let mut load = |rows: &Rows, width: usize, first: usize, i: usize| {
+            let of = |lane: usize| rows.row(first + lane, width)[i];
+            numbers.iter_mut().enumerate().for_each(|(lane, number)| *number = of(lane));
+            L::load(&numbers)
+        };
+        for first in (0..at.count + 1 - L::COUNT.min(at.count + 1)).step_by(L::COUNT) {
+            let [mut q, mut u, mut accelerations] = [WideOf::<M, L>::zeros(); 3];
+            for i in 0..n {
+                q.as_mut_slice()[i] = load(&at.q, n, first, i);
+                u.as_mut_slice()[i] = load(&at.u, n, first, i);
+            }
+            let found = L::call(LaneEvaluation {
+                model,
+                constants,
+                state: &shared,
+                values: SharedValues,
+                t: load(&at.t, 1, first, 0),
+                states: [&q, &u],
+                accelerations: &mut accelerations,
+            });
+            if !found {
+                return;
+            }
+            let from = values.len();
+            values.resize(from + n * L::COUNT, 0.0);
+            for i in 0..n {
+                accelerations.as_slice()[i].store(&mut stored);
+                for (lane, value) in stored.iter().enumerate() {
+                    values[from + lane * n + i] = *value;
+                }
+            }
+        }
+    }
 }
 
 fn state<M: PythonModel>(at: &States, row: usize) -> M::State {

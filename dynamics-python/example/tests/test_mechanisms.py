@@ -346,7 +346,7 @@ def test_notebooks_and_files(tmp_path: Path):
     motion.write_csv(tmp_path / "run.csv")
     motion.plot(tmp_path / "run.svg")
     motion.plot(tmp_path / "energy.svg", what="energy")
-    assert (tmp_path / "run.csv").read_text().startswith("t in s")
+    assert (tmp_path / "run.csv").read_text().startswith("t [s],theta1 [rad]")
     with pytest.raises(ValueError, match="run.txt|html"):
         motion.animate(tmp_path / "run.txt")
     with pytest.raises(ValueError, match="nothing"):
