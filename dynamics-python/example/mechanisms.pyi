@@ -20,22 +20,11 @@ Method = Literal[
     "gragg_bulirsch_stoer",
     "taylor",
     "radau5",
-    "esdirk4",
     "generalized_alpha",
-    "gauss4",
     "gauss6",
-    "energy_midpoint",
     "semi_implicit_euler",
     "stormer_verlet",
     "rattle",
-    "composition4",
-    "composition6",
-    "composition8",
-    "explicit_euler",
-    "heun",
-    "adams_bashforth2",
-    "adams_bashforth3",
-    "adams_bashforth4",
 ]
 
 _S = TypeVar("_S", bound=State)

@@ -70,8 +70,8 @@ impl Model {
 
     /// Names and values of the parameters, in order.
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let values = self.values.read().unwrap_or_else(|poisoned| poisoned.into_inner());
-        values.shown.bind(py).copy()
+        // Not within the lock: making a dictionary may collect garbage, which may run any code of Python.
+        self.now(py).1.bind(py).copy()
     }
 
     /// The parameter with this name.
@@ -439,8 +439,12 @@ impl Model {
         // A new dictionary: copies of the old one may be in use.
         let all = model.parameters(py)?;
         all.set_item(name, shown)?;
-        let mut values = model.values.write().unwrap_or_else(|poisoned| poisoned.into_inner());
-        *values = Values { model: changed, shown: all.unbind() };
+        let values = Values { model: changed, shown: all.unbind() };
+        // What is replaced is dropped after the lock.
+        let _replaced = {
+            let mut now = model.values.write().unwrap_or_else(|poisoned| poisoned.into_inner());
+            std::mem::replace(&mut *now, values)
+        };
         Ok(())
     }
 
