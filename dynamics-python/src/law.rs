@@ -131,7 +131,7 @@ impl Function<'_> {
         if self.interruption.flag.load(Ordering::Relaxed) {
             return otherwise;
         }
-        Python::attach(|py| call(py)).unwrap_or_else(|error| {
+        Python::attach(call).unwrap_or_else(|error| {
             self.interruption.raise(error);
             otherwise
         })

@@ -166,10 +166,14 @@ macro_rules! __fields {
         impl $crate::ModelFields for $fields {
             type Model = $($model)::+;
             fn fields() -> ::std::vec::Vec<$crate::FieldTypes> {
-                ::std::vec![$($crate::FieldTypes::of(
-                    stringify!($field),
-                    |model: &Self::Model| &model.$field,
-                )),*]
+                ::std::vec![$({
+                    // It has the name of the field, so that the error of a type without a form names it.
+                    #[allow(non_snake_case)]
+                    fn $field<M, T: $crate::Argument>(of: fn(&M) -> &T) -> $crate::FieldTypes {
+                        $crate::FieldTypes::of(stringify!($field), of)
+                    }
+                    $field(|model: &Self::Model| &model.$field)
+                }),*]
             }
             const TEXTS: [&'static str; 4] = [
                 <$($model)::+>::EQUATIONS,

@@ -476,7 +476,7 @@ impl Model {
 
     fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
         let Ok(other) = other.cast::<Self>() else { return Ok(false) };
-        if !slf.get_type().is(&other.get_type()) {
+        if !slf.get_type().is(other.get_type()) {
             return Ok(false);
         }
         let [all, others] = [slf.get().parameters(slf.py())?, other.get().parameters(slf.py())?];

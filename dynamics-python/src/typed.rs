@@ -36,6 +36,11 @@ impl FieldTypes {
 }
 
 /// A model with its fields, as `module!` reads them.
+#[diagnostic::on_unimplemented(
+    message = "the fields of this model are not known; put `#[derive(Dynamics)]` on the struct, or, if it is one \
+        of another crate, write its fields: `Model {{ mass, length }}`",
+    label = "a struct without `#[derive(Dynamics)]`, or of another crate"
+)]
 pub trait ModelFields: Send + Sync + 'static {
     /// The model.
     type Model: PythonModel;
