@@ -72,6 +72,7 @@ pub use trajectory::error::SimulationError;
 pub use trajectory::global_error::ReferenceSettings;
 pub use trajectory::global_error::{ErrorFinding, EventShift, GlobalError, LargestDifference};
 pub use trajectory::motion::{Motion, Sampler};
+pub use trajectory::motion_record::MotionRecord;
 pub use trajectory::record::{Counts, EventRecord};
 pub use trajectory::work::{WorkAccount, WorkRow};
 pub use verification::accuracy_diagnostics::{AccuracyDiagnostics, BelowRounding, Unchecked};

@@ -2,6 +2,7 @@
 
 use crate::common;
 
+use std::cell::Cell;
 use std::error::Error;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -9,6 +10,7 @@ use common::constrained::Rod;
 use common::*;
 use dynamics_runtime::error::SolveError;
 use dynamics_runtime::methods;
+use dynamics_runtime::model::ModelState as _;
 use dynamics_runtime::simulate::{
     Flow, Formulation, Method, Motion, MotionError, OptionError, Simulate, Simulation, SimulationError,
     SimulationErrorKind,
@@ -301,6 +303,40 @@ fn step_limits_and_cancelling_leave_the_motion_in_hand() {
         .unwrap_err();
     assert_eq!(error.kind, SimulationErrorKind::Cancelled);
     assert!(error.time > 0.0 && error.motion(&model).unwrap().end_time() == error.time);
+
+    // The function is asked before every step: the run ends after as many as it allows.
+    let asked = Cell::new(0);
+    let error = model
+        .simulate(start)
+        .until(1e9)
+        .method(methods::Dop853)
+        .cancel_when(|| asked.replace(asked.get() + 1) == 50)
+        .run()
+        .unwrap_err();
+    let motion = error.motion(&model).unwrap();
+    assert_eq!(error.kind, SimulationErrorKind::Cancelled);
+    assert!(motion.counts().steps <= 50 && motion.counts().steps > 25, "{:?}", motion.counts());
+}
+
+#[test]
+fn a_motion_lives_apart_from_its_model() {
+    let (model, start) = (DoublePendulum::UNIT, at_rest_or_not([2.0, 0.0], [0.0, 0.0]));
+    let motion = model.simulate(start).until(1.0).run().unwrap();
+    let (at, end) = (motion.at(0.4), motion.end());
+    let record = motion.record();
+    drop(motion);
+    let handed_over = std::thread::spawn(move || (record.motion(&DoublePendulum::UNIT).at(0.4), record));
+    let (there, record) = handed_over.join().unwrap();
+    assert!(there == at && record.motion(&model).end() == end);
+
+    // Its inputs are those of the closure, if it is given again, and else unknown.
+    let driven = Driven { m: 1.0, k: 2.0, c: 0.1 };
+    let law = |t: f64, _: &PlainState<1, 1>| t.cos();
+    let start = PlainState::<1, 1>::new(0.0, [0.0].into(), [0.0].into(), [0.0].into());
+    let motion = driven.simulate(start).until(1.0).inputs(law).run().unwrap();
+    let (at, record) = (motion.at(0.4), motion.record());
+    assert!(record.motion(&driven).at(0.4).inputs[0].is_nan());
+    assert_eq!(record.motion_with_inputs(&driven, law).at(0.4), at);
 }
 
 #[test]

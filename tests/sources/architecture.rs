@@ -16,8 +16,9 @@ const CRATES: &[&str] = &[
     "dynamics-runtime",
     "dynamics-families",
     "dynamics-analysis",
-    "dynamics-gpu",
     "dynamics-ensembles",
+    "dynamics-gpu",
+    "dynamics-python",
 ];
 
 /// Where the workspace is.

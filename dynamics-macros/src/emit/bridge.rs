@@ -1,6 +1,9 @@
 //! How the two macros meet: the derive leaves a macro of the struct's own name that carries the struct's
 //! tokens; `#[dynamics] impl` calls it with the impl's tokens, and it hands both to `__model!`.
 //!
+//! The macro has a second use: `Name! { @fields path::of::a_macro { arguments } }` hands the struct's tokens to
+//! that macro, before the arguments. So `dynamics_python::module!` reads the names and types of the fields.
+//!
 //! Types and macros live in different namespaces, so the macro may have the struct's name and is imported
 //! wherever the struct is: struct and impl may be in different modules. Only the compiler can report that
 //! there is no such macro, or that two blocks call it. The names in its messages are chosen so that they say
@@ -16,23 +19,25 @@ use crate::messages;
 /// The macro that carries `item`, the struct without attributes of other macros.
 pub(crate) fn bridge(surface: &Surface, item: &TokenStream) -> TokenStream {
     let private = surface.private();
-    define(&surface.name, &surface.vis, &quote!(#private::__model! { { #item } { $($implementation)* } }))
+    let body = quote!(#private::__model! { { #item } { $($implementation)* } });
+    define(&surface.name, &surface.vis, &body, item)
 }
 
 /// The macro of a struct that cannot be read: it drops the impl block.
 pub(crate) fn dead_bridge(name: &Ident, vis: &Visibility) -> TokenStream {
-    define(name, vis, &TokenStream::new())
+    define(name, vis, &TokenStream::new(), &TokenStream::new())
 }
 
 /// Visible where the struct is, and no further: an import of a private struct is an error, instead of an
 /// import of the macro alone. (A macro without `#[macro_export]` cannot be public.)
-fn define(name: &Ident, vis: &Visibility, body: &TokenStream) -> TokenStream {
+fn define(name: &Ident, vis: &Visibility, body: &TokenStream, item: &TokenStream) -> TokenStream {
     let vis = if matches!(vis, Visibility::Public(_)) { quote!(pub(crate)) } else { vis.to_token_stream() };
     let hidden = format_ident!("__dynamics_model_{}", name);
     quote! {
         #[doc(hidden)]
         #[allow(unused_macros)]
         macro_rules! #hidden {
+            (@fields $macro:path { $($arguments:tt)* }) => { $macro! { { #item } $($arguments)* } };
             ($($implementation:tt)*) => { #body };
         }
         #[doc(hidden)]

@@ -94,7 +94,7 @@ pub enum SimulationErrorKind {
         /// The larger gain of Baumgarte's stabilization, where it was found to bound the steps.
         gain: Option<f64>,
     },
-    /// The flag given to `.cancel(..)` was raised.
+    /// The flag given to `.cancel(..)` was raised, or the function given to `.cancel_when(..)` returned true.
     #[error("cancelled")]
     Cancelled,
     /// An event function is not a number.

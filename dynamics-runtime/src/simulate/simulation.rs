@@ -60,6 +60,7 @@ pub struct Simulation<'m, M: SimulationModel> {
     consistent_output: bool,
     estimates_error: bool,
     cancel: Option<&'m AtomicBool>,
+    cancel_when: Option<Box<dyn Fn() -> bool + 'm>>,
     #[cfg(feature = "progress")]
     progress: bool,
 }
@@ -113,6 +114,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
             consistent_output: false,
             estimates_error: false,
             cancel: None,
+            cancel_when: None,
             #[cfg(feature = "progress")]
             progress: false,
         }
@@ -349,6 +351,13 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
     /// Ends the simulation with an error as soon as the flag is set, by another thread or a signal handler.
     pub fn cancel(mut self, flag: &'m AtomicBool) -> Self {
         self.cancel = Some(flag);
+        self
+    }
+
+    /// Ends the simulation with an error as soon as the function returns true. It is called before every
+    /// step, by the thread that runs: there a program asks for signals, or whether its user waits no longer.
+    pub fn cancel_when(mut self, asked: impl Fn() -> bool + 'm) -> Self {
+        self.cancel_when = Some(Box::new(asked));
         self
     }
 

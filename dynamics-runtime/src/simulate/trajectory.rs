@@ -3,6 +3,7 @@
 pub(crate) mod error;
 pub(crate) mod global_error;
 pub(crate) mod motion;
+pub(crate) mod motion_record;
 pub(crate) mod position_analysis;
 pub(crate) mod record;
 pub(crate) mod work;

@@ -2,6 +2,7 @@
 
 use alloc::boxed::Box;
 use alloc::string::String;
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::fmt;
 
@@ -248,7 +249,7 @@ pub struct ChartSwitchingError<M: Model> {
     /// they are first seen to: what the motion says after that is said in one chart only.
     pub time: f64,
     first: usize,
-    segments: Vec<(usize, Trajectory<M>)>,
+    segments: Vec<(usize, Arc<Trajectory<M>>)>,
 }
 
 impl<M: Simulate> ChartSwitchingError<M> {
@@ -263,7 +264,7 @@ impl<M: Simulate> ChartSwitchingError<M> {
         if let ChartSwitchingErrorKind::Run { chart, error } = &kind
             && let Some(trajectory) = &error.trajectory
         {
-            segments.push((*chart, (**trajectory).clone()));
+            segments.push((*chart, Arc::clone(trajectory)));
         }
         let reached = segments.last().map_or(start.t(), |(_, trajectory)| trajectory.last().state.t());
         let time = match &kind {
@@ -281,7 +282,7 @@ impl<M: Simulate> ChartSwitchingError<M> {
         let mut segments = Vec::new();
         for (chart, trajectory) in &self.segments {
             let model = switching.charts.get(*chart)?;
-            let motion = Motion::new(model, model.constants().ok()?, None, trajectory.clone());
+            let motion = Motion::new(model, model.constants().ok()?, None, Arc::clone(trajectory));
             segments.push(Segment { chart: *chart, motion });
         }
         (!segments.is_empty()).then_some(ChartSwitchingMotion { switching, first: self.first, segments })

@@ -16,6 +16,7 @@ pub(crate) struct RunPlan<'r, 'm, M: SimulationModel> {
     pub(crate) options: StepOptions,
     pub(crate) max_steps: u64,
     pub(crate) cancel: Option<&'m AtomicBool>,
+    pub(crate) cancel_when: Option<&'r (dyn Fn() -> bool + 'm)>,
     pub(crate) locator: EventLocator<'m, M>,
     pub(crate) progress: Progress,
     /// Whether another method continues where the motion is stiff for this one.

@@ -37,6 +37,7 @@ impl<M: SimulationModel> Simulation<'_, M> {
             consistent_output,
             estimates_error,
             cancel: _,
+            cancel_when: _,
             #[cfg(feature = "progress")]
                 progress: _,
         } = self;

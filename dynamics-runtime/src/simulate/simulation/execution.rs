@@ -59,12 +59,12 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         if let Err(failure) = result {
             return Err(interrupted(failure, trajectory));
         }
-        let mut motion = Motion::new(run.model, run.constants, run.law, trajectory);
+        let mut motion = Motion::new(run.model, run.constants, run.law, Arc::new(trajectory));
         if let (Some(mut reference), Some(erased_method)) = (run.reference, &motion.trajectory.erased_method)
         {
             let mut error = compare(&motion.trajectory, &mut reference, erased_method.method().order());
             error.between = error.ratio.map(|_| between(&motion, &reference.middles));
-            motion.trajectory.error = Some(Arc::new(error));
+            Arc::make_mut(&mut motion.trajectory).error = Some(Arc::new(error));
         }
         Ok(motion)
     }
@@ -351,7 +351,7 @@ impl<'r, 'm, M: SimulationModel> RunSetup<'r, 'm, M> {
 
     /// A run without events, without progress bar and without change of method.
     fn plan(&self, rhs: RightHandSide<'r, 'm, M>, options: StepOptions) -> RunPlan<'r, 'm, M> {
-        let Simulation { model, start, max_steps, cancel, .. } = self.simulation;
+        let Simulation { model, start, max_steps, cancel, cancel_when, .. } = self.simulation;
         RunPlan {
             rhs,
             start: *start,
@@ -359,6 +359,7 @@ impl<'r, 'm, M: SimulationModel> RunSetup<'r, 'm, M> {
             options,
             max_steps: *max_steps,
             cancel: *cancel,
+            cancel_when: cancel_when.as_deref(),
             locator: EventLocator::new(model, *self.constants, Vec::new(), Vec::new(), Vec::new()),
             progress: Progress::none(),
             may_change_method: false,
@@ -511,6 +512,6 @@ fn interrupted<M: SimulationModel>(failure: RunFailure, trajectory: Trajectory<M
         time: state.t(),
         step: failure.h,
         state: Box::new(state),
-        trajectory: Some(Box::new(trajectory)),
+        trajectory: Some(Arc::new(trajectory)),
     }
 }

@@ -140,6 +140,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
             consistent_output,
             estimates_error,
             cancel,
+            cancel_when,
             #[cfg(feature = "progress")]
             progress,
         } = self;
@@ -153,6 +154,7 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
             (!sticking.is_empty(), "`.stick_slip(..)`"),
             (formulation.is_some(), "`.formulation(..)`"),
             (cancel.is_some(), "`.cancel(..)`"),
+            (cancel_when.is_some(), "`.cancel_when(..)`"),
             // Not above 0, or not a number: its own run reports it.
             (drift_limit.partial_cmp(&0.0) != Some(core::cmp::Ordering::Greater), "`.drift_limit(..)`"),
             (*consistent_output, "`.consistent_output()`"),

@@ -1,6 +1,7 @@
 //! A simulation that stopped before its end, with what it had computed.
 
 use alloc::boxed::Box;
+use alloc::sync::Arc;
 use core::fmt;
 
 use crate::model::{Dynamics, InputValues, Model, ModelState, SimulationModel};
@@ -20,7 +21,7 @@ pub struct SimulationError<M: Model> {
     pub step: f64,
     /// The last good state; the start where nothing has moved.
     pub state: Box<M::State>,
-    pub(crate) trajectory: Option<Box<Trajectory<M>>>,
+    pub(crate) trajectory: Option<Arc<Trajectory<M>>>,
 }
 
 impl<M: Dynamics> fmt::Display for SimulationError<M> {
@@ -54,7 +55,7 @@ impl<M: SimulationModel> SimulationError<M> {
     #[must_use]
     pub fn motion<'m>(&self, model: &'m M) -> Option<Motion<'m, M>> {
         let constants = model.constants().ok()?;
-        Some(Motion::new(model, constants, None, (**self.trajectory.as_ref()?).clone()))
+        Some(Motion::new(model, constants, None, Arc::clone(self.trajectory.as_ref()?)))
     }
 
     /// The motion up to the failure, with the inputs closure that it ran with.

@@ -4,6 +4,7 @@
 //! the same branches, so that dense output has the order of the method.
 
 use alloc::boxed::Box;
+use alloc::sync::Arc;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -33,7 +34,8 @@ pub struct Motion<'m, M: SimulationModel> {
     model: &'m M,
     constants: M::Constants,
     pub(crate) law: Option<InputLaw<'m, M>>,
-    pub(crate) trajectory: Trajectory<M>,
+    /// Shared with its [`MotionRecord`](crate::simulate::MotionRecord)s.
+    pub(crate) trajectory: Arc<Trajectory<M>>,
 }
 
 impl<'m, M: SimulationModel> Motion<'m, M> {
@@ -41,7 +43,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
         model: &'m M,
         constants: M::Constants,
         law: Option<InputLaw<'m, M>>,
-        trajectory: Trajectory<M>,
+        trajectory: Arc<Trajectory<M>>,
     ) -> Self {
         Self { model, constants, law, trajectory }
     }

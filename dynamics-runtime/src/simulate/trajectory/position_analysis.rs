@@ -1,6 +1,7 @@
 //! Motions that are solved from constraints instead of being integrated.
 
 use alloc::string::ToString;
+use alloc::sync::Arc;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -60,7 +61,7 @@ impl<'m, M: SimulationModel> Motion<'m, M> {
             error: None,
             fixed: false,
         };
-        Self::new(model, constants, None, trajectory)
+        Self::new(model, constants, None, Arc::new(trajectory))
     }
 }
 
