@@ -1,4 +1,5 @@
-//! Where the runs are made. Results, files and their order do not depend on it.
+//! Where the runs are made. Files and their order do not depend on it; results depend on it only where the plan
+//! says so, for graphics cards.
 
 #[cfg(any(feature = "cuda", feature = "wgpu"))]
 mod cards;
@@ -83,7 +84,7 @@ pub(crate) trait EndsElsewhere<M: Simulate>: Sync {
     where
         M: 'a;
     /// On what the last digits depend, as part of the plan.
-    fn way(&self) -> &'static str;
+    fn way(&self) -> String;
     /// What is known of the runs that were made, for the report.
     fn remark(&self) -> String;
 }

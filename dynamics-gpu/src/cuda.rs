@@ -6,19 +6,24 @@
 mod launch;
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 
+use cudarc::driver::sys::CUresult;
 use cudarc::driver::{CudaContext, CudaFunction, CudaSlice, CudaStream, DriverError};
 use cudarc::nvrtc::{CompileError, CompileOptions, Ptx, compile_ptx_with_opts};
 use dynamics_runtime::model::{PrintedInC, SimulationModel};
-use dynamics_runtime::simulate::{Batch, Device, DeviceEnds, Simulation, can_be_on_device, ends, ends_on};
+use dynamics_runtime::simulate::{
+    Batch, Device, DeviceEnds, Outcome, Simulation, can_be_on_device, ends, ends_on,
+};
 
 use crate::kernel::{KernelError, kernel_in_cuda, name};
 
+/// Attempts of a launch: few, because drivers of cards with a screen stop kernels that take seconds.
+const ATTEMPTS: i32 = 32;
 /// Most runs that are on the card at the same time, where memory has room for them.
 const AT_ONCE: usize = 1 << 20;
-/// Part of the card's memory that runs may take.
-const MEMORY_PART: usize = 2;
+/// Part of the card's free memory that the arrays of runs may take; kernels need some, too.
+const MEMORY_PART: usize = 4;
 
 /// Why runs cannot be made on a card.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -30,9 +35,17 @@ pub enum GpuError {
     /// There is a driver, but no card.
     #[error("the driver finds no NVIDIA card here: the runs can be made by the processor")]
     NoCard,
+    /// There are cards, but none of this number.
+    #[error("there is no card {number}: the driver finds {count}, counted from 0")]
+    NoSuchCard {
+        /// The number that was asked for.
+        number: usize,
+        /// How many there are.
+        count: usize,
+    },
     /// There is no compiler of kernels.
     #[error(
-        "the compiler of kernels is not installed here (libnvrtc, of the CUDA toolkit from version 12 on, or \
+        "the compiler of kernels is not installed here (libnvrtc of the CUDA toolkit, version 12, or \
          the Python package nvidia-cuda-nvrtc-cu12 with its folder in LD_LIBRARY_PATH)"
     )]
     NoCompiler,
@@ -44,6 +57,25 @@ pub enum GpuError {
     Functions {
         /// Its number, from 0 on.
         run: usize,
+    },
+    /// The compiler of kernels does not know the card: it is too old or too new for it.
+    #[error(
+        "the compiler of kernels (libnvrtc) does not know cards of compute capability {}.{}; install the \
+         version of it that belongs to the driver",
+        capability / 10, capability % 10
+    )]
+    Capability {
+        /// Ten times the compute capability.
+        capability: u32,
+    },
+    /// The driver does not load a kernel.
+    #[error(
+        "the driver does not load the kernel: {error}; if the compiler of kernels (libnvrtc) is newer than the \
+         driver, install the version that belongs to it"
+    )]
+    Load {
+        /// What the driver says.
+        error: DriverError,
     },
     /// The compiler refuses a kernel: a mistake of this library.
     #[error("the kernel of {model} does not compile, a mistake of dynamics; please report it:\n{log}")]
@@ -107,6 +139,9 @@ fn compile<M: SimulationModel + PrintedInC>(
             CompileError::CompileError { log, .. } => log.to_string_lossy().into_owned(),
             other => other.to_string(),
         };
+        if log.contains("--gpu-architecture") {
+            return GpuError::Capability { capability };
+        }
         GpuError::Kernel { model: M::NAME, log }
     })
 }
@@ -122,7 +157,7 @@ fn compile<M: SimulationModel + PrintedInC>(
 ///
 /// let gpu = Gpu::first()?;
 /// let done = gpu.ends(starts.iter().map(|start| model.simulate(*start).until(10.0).tolerance(1e-9)))?;
-/// println!("{} of {} runs on {}", done.on_device, done.ends.len(), gpu.name());
+/// println!("{} of {} runs on {}", done.on_device(), done.ends.len(), gpu.name());
 /// # Ok(()) }
 /// ```
 pub struct Gpu {
@@ -133,6 +168,8 @@ pub struct Gpu {
     exact: bool,
     /// Kernels that are loaded, by their texts.
     kernels: Mutex<HashMap<String, CudaFunction>>,
+    /// Held by the thread whose runs are on the card.
+    turn: Mutex<()>,
 }
 
 impl std::fmt::Debug for Gpu {
@@ -160,9 +197,15 @@ impl Gpu {
         if !launch::has_driver() {
             return Err(GpuError::NoDriver);
         }
-        let count = CudaContext::device_count().unwrap_or(0);
-        if !usize::try_from(count).is_ok_and(|count| number < count) {
+        let count = match CudaContext::device_count() {
+            Err(error) if error.0 == CUresult::CUDA_ERROR_NO_DEVICE => 0,
+            count => usize::try_from(count?).unwrap_or(0),
+        };
+        if count == 0 {
             return Err(GpuError::NoCard);
+        }
+        if number >= count {
+            return Err(GpuError::NoSuchCard { number, count });
         }
         if !launch::has_compiler() {
             return Err(GpuError::NoCompiler);
@@ -175,6 +218,7 @@ impl Gpu {
             capability: (10 * major + minor).unsigned_abs(),
             exact: false,
             kernels: Mutex::default(),
+            turn: Mutex::default(),
             context,
         })
     }
@@ -212,10 +256,10 @@ impl Gpu {
     ) -> Result<DeviceEnds<M>, GpuError> {
         let simulations: Vec<Simulation<'m, M>> = simulations.into_iter().collect();
         let Some(first) = simulations.first() else {
-            return Ok(DeviceEnds { ends: Vec::new(), on_device: 0 });
+            return Ok(DeviceEnds::by_processor(Vec::new()));
         };
         if !can_be_on_device::<M>() {
-            return Ok(DeviceEnds { ends: ends(simulations), on_device: 0 });
+            return Ok(DeviceEnds::by_processor(ends(simulations)));
         }
         let model = first.model();
         if !M::FUNCTIONS.is_empty() {
@@ -226,26 +270,28 @@ impl Gpu {
         }
         let kernel = self.kernel(model)?;
         let at_once = self.at_once::<M>()?;
-        ends_on(&mut Launcher { stream: &self.stream, kernel }, simulations, at_once)
+        ends_on(&mut Launcher { stream: &self.stream, turn: &self.turn, kernel }, simulations, at_once)
     }
 
     /// How many runs the card has room for.
     fn at_once<M: SimulationModel>(&self) -> Result<usize, GpuError> {
         let numbers = M::PARAMETERS.len() + M::INPUTS.len() + 2 * (1 + 2 * M::COORDINATES.len());
         let bytes = 8 * (numbers + Batch::OPTIONS + Batch::CONTROL);
-        Ok((self.context.total_mem()? / MEMORY_PART / bytes).clamp(1, AT_ONCE))
+        Ok((self.context.mem_get_info()?.0 / MEMORY_PART / bytes).clamp(1, AT_ONCE))
     }
 
     /// The kernel of a model.
     fn kernel<M: SimulationModel + PrintedInC>(&self, model: &M) -> Result<CudaFunction, GpuError> {
         let text = kernel_in_cuda(model)?;
         // One thread compiles what the others wait for. What a panic leaves is whole: an entry or none.
-        let mut kernels = self.kernels.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut kernels = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(kernel) = kernels.get(&text) {
             return Ok(kernel.clone());
         }
-        let module = self.context.load_module(compile::<M>(text.clone(), self.capability, self.exact)?)?;
-        let kernel = module.load_function(&name::<M>())?;
+        let compiled = compile::<M>(text.clone(), self.capability, self.exact)?;
+        let load = |error| GpuError::Load { error };
+        let module = self.context.load_module(compiled).map_err(load)?;
+        let kernel = module.load_function(&name::<M>()).map_err(load)?;
         kernels.insert(text, kernel.clone());
         Ok(kernel)
     }
@@ -254,6 +300,7 @@ impl Gpu {
 /// What steps a batch.
 struct Launcher<'a> {
     stream: &'a Arc<CudaStream>,
+    turn: &'a Mutex<()>,
     kernel: CudaFunction,
 }
 
@@ -261,13 +308,21 @@ impl Device for Launcher<'_> {
     type Error = GpuError;
 
     fn advance(&mut self, batch: &mut Batch) -> Result<(), GpuError> {
-        let given: CudaSlice<f64> = self.stream.clone_htod(&batch.given)?;
-        let mut moving: CudaSlice<f64> = self.stream.clone_htod(&batch.moving)?;
-        let mut outcomes: CudaSlice<i32> = self.stream.clone_htod(&batch.outcomes)?;
-        let arrays = (&given, &mut moving, &mut outcomes);
-        launch::launch(self.stream, &self.kernel, arrays, batch.runs())?;
-        self.stream.memcpy_dtoh(&moving, &mut batch.moving)?;
-        self.stream.memcpy_dtoh(&outcomes, &mut batch.outcomes)?;
+        // What one thread has on the card at a time has room there, whatever the others prepare.
+        let _turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
+        let runs = batch.runs();
+        let given: CudaSlice<f64> = self.stream.clone_htod(batch.given())?;
+        let (places, found) = batch.moving();
+        let mut moving: CudaSlice<f64> = self.stream.clone_htod(places)?;
+        let mut outcomes: CudaSlice<i32> = self.stream.clone_htod(found)?;
+        // All runs end or pause after some attempts.
+        while found.contains(&Outcome::GOES_ON.0) {
+            let arrays = (&given, &mut moving, &mut outcomes);
+            launch::launch(self.stream, &self.kernel, arrays, (runs, ATTEMPTS))?;
+            self.stream.memcpy_dtoh(&outcomes, found)?;
+            self.stream.synchronize()?;
+        }
+        self.stream.memcpy_dtoh(&moving, places)?;
         self.stream.synchronize()?;
         Ok(())
     }

@@ -25,4 +25,4 @@ mod single;
 pub use cuda::{Gpu, GpuError, compile_kernel};
 pub use kernel::{KernelError, kernel_in_cuda, kernel_in_wgsl, side_by_side_in_c};
 #[cfg(feature = "wgpu")]
-pub use single::{SingleEnds, SingleGpu, SingleGpuError};
+pub use single::{MeasuredError, SingleEnds, SingleGpu, SingleGpuError};

@@ -91,7 +91,8 @@ static void measure(double absolute, double relative, double error, double from,
   *size = *size + largest;
 }
 
-/* Moves the run of a number. Element e of a run r is number e*runs + r of an array. */
+/* Moves the run of a number by so many attempts at most. Element e of a run r is number e*runs + r of an
+ * array. Returns what became of the run, 0 where it goes on. */
 <<HEAD>>
 {
   const double *const values = given + run;
@@ -113,6 +114,7 @@ static void measure(double absolute, double relative, double error, double from,
   double rejections = control[2*runs];
   double beyond_stability = control[3*runs];
   int outcome = 0;
+  int made = 0;
   int i;
   for (i = 0; i < P; i++) {
     p[i] = values[i*runs];
@@ -127,7 +129,7 @@ static void measure(double absolute, double relative, double error, double from,
     from_u[i] = place[(2 + 3*N + i)*runs];
   }
   <<NAME>>_constants(p, k);
-  while (outcome == 0) {
+  for (made = 0; (made < attempts) && (outcome == 0); made++) {
     /* The step. The last one may be a little longer, to meet the end. */
     const double way = end - t;
     const double proposed = LEAST(fabs(next_h), most);

@@ -15,6 +15,7 @@ const LARGEST: f32 = 3.0e38f;
 @group(0) @binding(1) var<storage, read_write> moving: array<f32>;
 @group(0) @binding(2) var<storage, read_write> outcomes: array<i32>;
 // How many runs there are.
+// And how many attempts are to be made at most.
 @group(0) @binding(3) var<uniform> sizes: vec4<u32>;
 
 // Coordinates and rates, or the derivatives of both.
@@ -23,11 +24,15 @@ struct Phase {
   u: array<f32, N>,
 }
 
-// Sine and cosine within 1e-7: x = k pi/2 + r in three parts, and polynomials of r. Larger angles have no digits
-// behind the point in single precision: the step then has no value, and the processor makes the run.
+// Whether an angle was met that is too large for single precision: the processor then makes the run.
+var<private> is_lost: bool;
+
+// Sine and cosine within 1e-7: x = k pi/2 + r in three parts, and polynomials of r. Of larger angles single
+// precision has too few digits behind the point.
 fn sin_cos(x: f32) -> vec2<f32> {
-  if (abs(x) > 8192.0f) {
-    return vec2<f32>(LARGEST, LARGEST);
+  if (!(abs(x) <= 8192.0f)) {
+    is_lost = true;
+    return vec2<f32>(0.0f, 1.0f);
   }
   let k = round(x*0.63661977f);
   let r = ((x - k*1.5703125f) - k*4.8375129e-4f) - k*7.5497899e-8f;
@@ -130,7 +135,7 @@ fn advance(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
   var none: Phase;
   clear(&none);
 <<SLOPES>>
-  while (outcome == 0) {
+  for (var made = 0u; (made < sizes.y) && (outcome == 0); made++) {
     // The step. The last one may be a little longer, to meet the end.
     let way = end - t;
     let proposed = min(abs(next_h), most);
@@ -190,7 +195,7 @@ fn advance(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
     if (is_accepted && is_last) {
       outcome = ENDED;
     }
-    if ((!is_last && (is_unresolved || (abs(h) <= 0.0f))) || (rejections > <<REJECTIONS>>)
+    if (is_lost || (!is_last && (is_unresolved || (abs(h) <= 0.0f))) || (rejections > <<REJECTIONS>>)
       || (beyond_stability >= <<STIFF>>)) {
       outcome = outcome | UNUSUAL;
     }

@@ -46,7 +46,7 @@ pub use charts::{
     ChartChange, ChartError, ChartState, ChartSwitching, ChartSwitchingError, ChartSwitchingErrorKind,
     ChartSwitchingMotion, ChartSwitchingSimulation, ChartSwitchingSummary, Compared, Segment,
 };
-pub use device::{Batch, Device, DeviceEnds, Outcome, can_be_on_device, ends_on};
+pub use device::{Batch, Device, DeviceEnds, Outcome, RunNumbers, can_be_on_device, ends_on};
 pub use ensemble::ends;
 pub use erased_method::AnyMethod;
 pub use events::action::{EventAction, Impact};

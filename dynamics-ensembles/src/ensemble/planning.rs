@@ -148,14 +148,16 @@ fn plan_of<M: Simulate + Parameters + Clone>(
             plan.note(format!("option {name}"), value);
         }
     }
-    let way = match (&runs.kept, is_in_lanes) {
-        (Kept::Computed(_), _) => "computed",
-        (Kept::Motion(_), _) => "motions",
-        (_, false) => "ends, one by one",
-        (_, true) if let Some(place) = &runs.elsewhere => place.way(),
+    let way = match (&runs.kept, is_in_lanes, &runs.elsewhere) {
+        (Kept::Computed(_), ..) => "computed".into(),
+        (Kept::Motion(_), ..) => "motions".into(),
+        (_, false, _) => "ends, one by one".into(),
         // The last digits depend on it.
-        (_, true) if dynamics_runtime::lanes::has_fused_lanes() => "ends, side by side with fused products",
-        (_, true) => "ends, side by side without fused products",
+        (_, true, Some(place)) => place.way(),
+        (_, true, None) if dynamics_runtime::lanes::has_fused_lanes() => {
+            String::from("ends, side by side with fused products")
+        }
+        (_, true, None) => "ends, side by side without fused products".into(),
     };
     plan.note("way", way);
     if let Some(label) = label {

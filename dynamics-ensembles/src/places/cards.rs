@@ -1,6 +1,6 @@
 //! Graphics cards. A card makes many blocks at once, since it has many threads; the cores prepare the runs.
 
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use dynamics_analysis::shared::shared;
 use dynamics_runtime::simulate::{Simulate, Simulation};
@@ -74,31 +74,24 @@ impl Place for Card {
 struct Counts {
     on_card: usize,
     all: usize,
-    /// The largest measured error, and the runs that were measured.
-    error: (f64, usize),
+    /// Measured errors, in single precision.
+    #[cfg(feature = "wgpu")]
+    error: Option<dynamics_gpu::MeasuredError>,
 }
 
 impl Counts {
-    fn add(counts: &Mutex<Self>, on_card: usize, all: usize, error: (f64, usize)) {
-        // Poisoned only if a thread has panicked, which ends the ensemble.
-        let Ok(mut counts) = counts.lock() else { return };
-        counts.on_card += on_card;
-        counts.all += all;
-        counts.error = (counts.error.0.max(error.0), counts.error.1 + error.1);
-    }
-
-    fn text(counts: &Mutex<Self>) -> String {
-        let Ok(counts) = counts.lock() else { return String::new() };
-        let Self { on_card, all, error: (error, measured) } = *counts;
-        let by = match all - on_card {
+    /// How many runs the processor made, if any.
+    fn text(&self) -> String {
+        match self.all - self.on_card {
             0 => String::new(),
-            rest => format!("; {rest} of {all} by the processor"),
-        };
-        match measured {
-            0 => by,
-            _ => format!("{by}; in single precision, to {error:.1e} in {measured} runs that were repeated"),
+            rest => format!("; {rest} of {} by the processor", self.all),
         }
     }
+}
+
+/// What a panic leaves is whole: counts of one call more or less.
+fn locked(counts: &Mutex<Counts>) -> MutexGuard<'_, Counts> {
+    counts.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(feature = "cuda")]
@@ -127,19 +120,21 @@ mod double {
                 place: self.gpu.name().to_owned(),
                 message: error.to_string(),
             })?;
-            Counts::add(&self.counts, done.on_device, count, (0.0, 0));
+            let mut counts = locked(&self.counts);
+            counts.on_card += done.on_device();
+            counts.all += count;
             Ok(done.ends)
         }
 
-        fn way(&self) -> &'static str {
+        fn way(&self) -> String {
             match self.gpu.is_exact() {
-                true => "ends, on a card without fused products",
-                false => "ends, on a card with fused products",
+                true => "ends, on a card without fused products".into(),
+                false => "ends, on a card with fused products".into(),
             }
         }
 
         fn remark(&self) -> String {
-            Counts::text(&self.counts)
+            locked(&self.counts).text()
         }
     }
 
@@ -169,7 +164,7 @@ mod double {
 
 #[cfg(feature = "wgpu")]
 mod single {
-    use dynamics_gpu::{SingleGpu, SingleGpuError};
+    use dynamics_gpu::{MeasuredError, SingleGpu, SingleGpuError};
     use dynamics_runtime::model::PrintedInWgsl;
 
     use super::*;
@@ -193,17 +188,32 @@ mod single {
                 place: self.gpu.name().to_owned(),
                 message: error.to_string(),
             })?;
-            let error = done.measured_error.unwrap_or_default();
-            Counts::add(&self.counts, done.on_device, count, error);
+            let mut counts = locked(&self.counts);
+            counts.on_card += done.on_device;
+            counts.all += count;
+            if let Some(error) = done.measured_error {
+                let all = counts.error.get_or_insert_default();
+                all.absolute = all.absolute.max(error.absolute);
+                all.relative = all.relative.max(error.relative);
+                all.runs += error.runs;
+            }
             Ok(done.ends)
         }
 
-        fn way(&self) -> &'static str {
-            "ends, on a card in single precision"
+        // Drivers differ in their functions.
+        fn way(&self) -> String {
+            format!("ends, in single precision on {}", self.gpu.name())
         }
 
         fn remark(&self) -> String {
-            Counts::text(&self.counts)
+            let counts = locked(&self.counts);
+            let measured = match counts.error {
+                Some(MeasuredError { absolute, relative, runs }) => format!(
+                    ", to {absolute:.1e} ({relative:.1e} of the largest) in {runs} runs that were repeated"
+                ),
+                None => String::new(),
+            };
+            format!("; in single precision{measured}{}", counts.text())
         }
     }
 

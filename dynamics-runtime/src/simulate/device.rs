@@ -25,6 +25,23 @@ pub trait Device {
     /// # Errors
     /// The device fails; the batch is not looked at again.
     fn advance(&mut self, batch: &mut Batch) -> Result<(), Self::Error>;
+
+    /// Whether the device can hold the numbers of a run: one of single precision cannot hold all. The processor
+    /// makes the others.
+    fn holds(&self, _run: &RunNumbers<'_>) -> bool {
+        true
+    }
+}
+
+/// The numbers of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct RunNumbers<'a> {
+    /// The times of start and end.
+    pub times: [f64; 2],
+    /// Parameters, inputs, coordinates and rates, and what is computed from the parameters.
+    pub values: &'a [f64],
+    /// The permitted relative error of a step.
+    pub relative_tolerance: f64,
 }
 
 /// What became of a run: bits, as the device writes them.
@@ -52,15 +69,9 @@ impl Outcome {
 pub struct Batch {
     runs: usize,
     coordinates: usize,
-    /// What does not change: the parameters, the inputs, then [`OPTIONS`](Self::OPTIONS) numbers: the end, the
-    /// largest step, and the absolute and the relative tolerance.
-    pub given: Vec<f64>,
-    /// Where a run stands: t, q, q̇, then t, q, q̇ where its last accepted step began, then
-    /// [`CONTROL`](Self::CONTROL) numbers: the signed size of the next attempt, the attempts up to the next
-    /// pause, the rejections in a row, and the steps beyond the border of stability less those within it.
-    pub moving: Vec<f64>,
-    /// What became of each run: see [`Outcome`].
-    pub outcomes: Vec<i32>,
+    given: Vec<f64>,
+    moving: Vec<f64>,
+    outcomes: Vec<i32>,
 }
 
 impl Batch {
@@ -85,6 +96,24 @@ impl Batch {
     #[must_use]
     pub fn runs(&self) -> usize {
         self.runs
+    }
+
+    /// What does not change: the parameters, the inputs, then [`OPTIONS`](Self::OPTIONS) numbers: the end, the
+    /// largest step, and the absolute and the relative tolerance.
+    #[must_use]
+    pub fn given(&self) -> &[f64] {
+        &self.given
+    }
+
+    /// Where the runs stand, and what became of them.
+    ///
+    /// The numbers are t, q, q̇, then t, q, q̇ where the last accepted step began, then
+    /// [`CONTROL`](Self::CONTROL) numbers: the signed size of the next attempt, the attempts up to the next
+    /// pause, the rejections in a row, and the steps beyond the border of stability less those within it.
+    /// For what became of a run see [`Outcome`].
+    #[must_use]
+    pub fn moving(&mut self) -> (&mut [f64], &mut [i32]) {
+        (&mut self.moving, &mut self.outcomes)
     }
 
     /// When a run ends.
@@ -130,8 +159,22 @@ struct DeviceRun<'m, M: SimulationModel> {
 pub struct DeviceEnds<M: SimulationModel> {
     /// The ends in the order of the simulations, as [`ends`] has them.
     pub ends: Vec<Result<M::State, SimulationError<M>>>,
-    /// How many of them the device has made to their end; the processor made the others.
-    pub on_device: usize,
+    /// Which of them the device has made to their end; the processor made the others.
+    pub by_device: Vec<bool>,
+}
+
+impl<M: SimulationModel> DeviceEnds<M> {
+    /// All by the processor.
+    #[must_use]
+    pub fn by_processor(ends: Vec<Result<M::State, SimulationError<M>>>) -> Self {
+        Self { by_device: vec![false; ends.len()], ends }
+    }
+
+    /// How many of them the device has made.
+    #[must_use]
+    pub fn on_device(&self) -> usize {
+        self.by_device.iter().filter(|by_device| **by_device).count()
+    }
 }
 
 /// The ends of simulations of one model, in their order: [`ends`] with a device in place of the lanes of the
@@ -150,13 +193,14 @@ where
     D: Device,
 {
     let mut simulations = simulations.into_iter().enumerate();
-    let mut found: Vec<Option<Result<M::State, SimulationError<M>>>> = Vec::new();
-    let (mut others, mut on_device) = (Vec::new(), 0);
+    let mut found = Found { ends: Vec::new(), by_device: Vec::new() };
+    let mut others = Vec::new();
     loop {
         let mut runs = Vec::new();
         for (index, simulation) in simulations.by_ref() {
-            found.push(None);
-            match planned(&simulation) {
+            found.ends.push(None);
+            found.by_device.push(false);
+            match planned(&simulation, device) {
                 Some(plan) => {
                     runs.push((index, simulation, plan));
                     if runs.len() >= at_once.max(1) {
@@ -169,13 +213,19 @@ where
         if runs.is_empty() {
             break;
         }
-        on_device += advance(device, runs, &mut found)?;
+        advance(device, runs, &mut found)?;
     }
     let (indices, rest): (Vec<usize>, Vec<Simulation<'m, M>>) = others.into_iter().unzip();
     for (index, end) in indices.into_iter().zip(ends(rest)) {
-        found[index] = Some(end);
+        found.ends[index] = Some(end);
     }
-    Ok(DeviceEnds { ends: found.into_iter().flatten().collect(), on_device })
+    Ok(DeviceEnds { ends: found.ends.into_iter().flatten().collect(), by_device: found.by_device })
+}
+
+/// What has been found of all runs.
+struct Found<M: SimulationModel> {
+    ends: Vec<Option<Result<M::State, SimulationError<M>>>>,
+    by_device: Vec<bool>,
 }
 
 /// Whether a device can make runs of a model: those that lanes can make.
@@ -185,27 +235,36 @@ pub fn can_be_on_device<M: SimulationModel>() -> bool {
 }
 
 /// What the device needs of a run; `None` where the processor makes it.
-fn planned<M: SimulationModel>(simulation: &Simulation<'_, M>) -> Option<LanePlan<M>> {
+fn planned<M: SimulationModel, D: Device>(simulation: &Simulation<'_, M>, device: &D) -> Option<LanePlan<M>> {
     if !can_be_on_device::<M>() {
         return None;
     }
-    let model = simulation.model();
-    let has_values = (0..M::PARAMETERS.len()).all(|i| model.parameter(i).is_some());
-    simulation.side_by_side().filter(|plan| has_values && plan.events.is_empty())
+    let (model, start) = (simulation.model(), *simulation.start());
+    let plan = simulation.side_by_side().filter(|plan| plan.events.is_empty())?;
+    let parameters = (0..M::PARAMETERS.len()).map(|i| model.parameter(i));
+    let mut values = parameters.collect::<Option<Vec<f64>>>()?;
+    values.extend_from_slice(start.inputs().as_slice());
+    values.extend_from_slice(start.q().as_slice());
+    values.extend_from_slice(start.u().as_slice());
+    let read = values.len();
+    values.resize(read + M::LANE_VALUES, 0.0);
+    model.lane_values(&plan.constants, &start, &mut values[read..]);
+    let relative_tolerance = plan.options.tolerances.relative;
+    let numbers = RunNumbers { times: [start.t(), plan.end], values: &values, relative_tolerance };
+    device.holds(&numbers).then_some(plan)
 }
 
-/// Runs of a batch to their ends. Returns how many the device brought there.
+/// Runs of a batch to their ends.
 fn advance<'m, M: SimulationModel, D: Device>(
     device: &mut D,
     planned: Vec<(usize, Simulation<'m, M>, LanePlan<M>)>,
-    found: &mut [Option<Result<M::State, SimulationError<M>>>],
-) -> Result<usize, D::Error> {
+    found: &mut Found<M>,
+) -> Result<(), D::Error> {
     let mut batch = Batch::new::<M>(planned.len());
     let mut runs: Vec<Option<DeviceRun<'m, M>>> = Vec::with_capacity(planned.len());
     for (number, (index, simulation, plan)) in planned.into_iter().enumerate() {
         runs.push(Some(entered(&mut batch, number, index, simulation, plan)));
     }
-    let mut on_device = 0;
     while runs.iter().any(Option::is_some) {
         device.advance(&mut batch)?;
         for (number, place) in runs.iter_mut().enumerate() {
@@ -221,14 +280,17 @@ fn advance<'m, M: SimulationModel, D: Device>(
                 continue;
             }
             let Some(DeviceRun { index, simulation, .. }) = place.take() else { continue };
-            let is_made = has_ended && !is_unusual;
-            // A device of single precision does not hold it.
-            let t = if has_ended { batch.end::<M>(number) } else { t };
-            on_device += usize::from(is_made);
-            found[index] = Some(if is_made { Ok(simulation.state_at(t, &y)) } else { alone(simulation) });
+            // A device need not see that a number is none.
+            let is_finite = y.q.as_slice().iter().chain(y.u.as_slice()).all(|x| x.is_finite());
+            let is_made = has_ended && !is_unusual && is_finite;
+            found.by_device[index] = is_made;
+            // A device of single precision does not hold the time.
+            let end = batch.end::<M>(number);
+            found.ends[index] =
+                Some(if is_made { Ok(simulation.state_at(end, &y)) } else { alone(simulation) });
         }
     }
-    Ok(on_device)
+    Ok(())
 }
 
 /// Puts a run into a batch.

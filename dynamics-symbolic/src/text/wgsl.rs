@@ -63,8 +63,9 @@ fn obstacles(model: &Model, equations: &Equations, accelerations: &Program) -> V
     });
     let numbers = read.chain(accelerations.results.iter().copied());
     let mut numbers = numbers.filter_map(|id| model.graph.as_number(id)).map(|number| number.value());
-    let too_large = |x: &f64| !(*x as f32).is_finite() || (*x as f32 == 0.0) != (*x == 0.0);
-    if let Some(x) = numbers.find(too_large) {
+    // Not numbers that cards may take for 0 either.
+    let is_lost = |x: &f64| *x != 0.0 && !(*x as f32).is_normal();
+    if let Some(x) = numbers.find(is_lost) {
         all.push(format!("single precision does not hold the number {x:e} of its equations"));
     }
     all

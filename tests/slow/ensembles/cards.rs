@@ -97,12 +97,13 @@ fn single_precision_is_said_and_measured() {
     ensemble().to(&path).run().unwrap();
     let error = ensemble().to(&path).on(SingleGpu::first()).run().unwrap_err();
     assert!(matches!(error, EnsembleError::OtherPlan { .. }), "{error}");
-    assert!(error.to_string().contains("ends, on a card in single precision"), "{error}");
+    assert!(error.to_string().contains("ends, in single precision on "), "{error}");
     // Blocks of a card are those of others: in files, in order, complete.
     let path = folder.path("card.csv");
     let written = ensemble().to(&path).on(SingleGpu::first()).run().unwrap();
     let read = ensemble().to(&path).on(SingleGpu::first()).run().unwrap();
     assert_eq!(read.report().made, 0);
+    assert!(written.report().way.contains("in single precision"), "{}", written.report());
     for (((_, a), (_, b)), (_, c)) in written.rows().zip(read.rows()).zip(table.rows()) {
         assert!(a == b && a == c);
     }

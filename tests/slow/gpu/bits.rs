@@ -50,7 +50,7 @@ fn compare<'m, M: SimulationModel + PrintedInC>(
             assert_eq!(a.to_string(), b.to_string());
         }
     }
-    Some((done.on_device, host.calls))
+    Some((done.on_device(), host.calls))
 }
 
 struct Ends(Vec<(&'static str, usize)>);

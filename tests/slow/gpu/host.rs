@@ -34,8 +34,8 @@ int main(void)
     return 1;
   }
   for (run = 0; run < runs; run++) {
-    if (outcomes[run] == 0.0) {
-      outcomes[run] = (double)$_side_by_side(given, moving, runs, run);
+    while (outcomes[run] == 0.0) {
+      outcomes[run] = (double)$_side_by_side(given, moving, runs, run, 7);
     }
   }
   (void)fwrite(moving, sizeof *moving, (size_t)sizes[2], stdout);
@@ -66,11 +66,14 @@ impl Device for Host {
     type Error = std::io::Error;
 
     fn advance(&mut self, batch: &mut Batch) -> Result<(), std::io::Error> {
-        let outcomes = || batch.outcomes.iter().map(|&outcome| f64::from(outcome));
         self.calls += 1;
-        let sizes = [batch.runs(), batch.given.len(), batch.moving.len()].map(|size| size as f64);
-        let all = sizes.into_iter().chain(batch.given.iter().copied()).chain(batch.moving.iter().copied());
-        let input: Vec<u8> = all.chain(outcomes()).flat_map(f64::to_le_bytes).collect();
+        let runs = batch.runs();
+        let given = batch.given().to_vec();
+        let (moving, found) = batch.moving();
+        let sizes = [runs, given.len(), moving.len()].map(|size| size as f64);
+        let outcomes = found.iter().map(|&outcome| f64::from(outcome));
+        let all = sizes.into_iter().chain(given).chain(moving.iter().copied()).chain(outcomes);
+        let input: Vec<u8> = all.flat_map(f64::to_le_bytes).collect();
         let mut command = Command::new(&self.program);
         let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
         let mut stdin = child.stdin.take().expect("a pipe");
@@ -79,8 +82,8 @@ impl Device for Host {
         writer.join().expect("it writes")?;
         assert!(output.status.success());
         let mut numbers = output.stdout.chunks_exact(8).map(|x| f64::from_le_bytes(x.try_into().unwrap()));
-        batch.moving.iter_mut().for_each(|x| *x = numbers.next().expect("a number"));
-        batch.outcomes.iter_mut().for_each(|x| *x = numbers.next().expect("a number") as i32);
+        moving.iter_mut().for_each(|x| *x = numbers.next().expect("a number"));
+        found.iter_mut().for_each(|x| *x = numbers.next().expect("a number") as i32);
         Ok(())
     }
 }
