@@ -23,6 +23,8 @@ const CRATES: &[&str] = &[
     "families",
     "live",
     "export",
+    "fmi",
+    "gpu",
     "python",
 ];
 
