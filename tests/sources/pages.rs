@@ -22,6 +22,7 @@ const CRATES: &[&str] = &[
     "families",
     "live",
     "export",
+    "fmi",
 ];
 
 fn root() -> &'static Path {

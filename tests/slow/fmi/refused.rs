@@ -107,6 +107,25 @@ fn a_unit_is_a_file_of_its_own_extension() {
     assert!(matches!(error, FmuError::File(_)) && error.to_string().contains("cart.fmu"), "{error}");
 }
 
+/// Where no scripts are wanted.
+#[test]
+fn the_documentation_has_equations_and_variables() {
+    let cart = cart();
+    let fmu = || cart.fmu(cart.state().push(0.0).build().unwrap());
+    let page = |fmu: Fmu<'_, CartPole>| {
+        let files = fmu.files().unwrap();
+        let file = files.iter().find(|file| file.name == "documentation/index.html").unwrap();
+        String::from_utf8(file.bytes.clone()).unwrap()
+    };
+    let plain = page(fmu().without_live_page());
+    assert!(!plain.contains("<script") && page(fmu()).contains("<script"));
+    for text in
+        ["A cart with a bob &amp; an &lt;input&gt;.", "<math", "<code>der(theta_rate)</code>", "rad/s²"]
+    {
+        assert!(plain.contains(text), "{text}: {plain}");
+    }
+}
+
 /// Tokens differ where units do.
 #[test]
 fn tokens_tell_units_apart() {
