@@ -52,6 +52,7 @@ fn fmpy_validates_and_moves_all_units() {
                 "path": path.join(format!("{}.fmu", unit.name)),
                 "compared": unit.compared,
                 "states": unit.states,
+                "size": unit.size,
                 "runs": runs.collect::<Vec<_>>(),
             })
         })

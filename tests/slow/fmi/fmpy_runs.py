@@ -60,8 +60,9 @@ def apart(unit, run, result):
     for t, expected in zip(run["times"], run["values"]):
         row = result[np.argmin(abs(result["time"] - t))]
         assert abs(row["time"] - t) < 1e-9, (t, row["time"])
-        for name, value in zip(unit["compared"], expected):
-            worst = max(worst, abs(row[name] - value) / (1 + abs(value)))
+        for i, (name, value) in enumerate(zip(unit["compared"], expected)):
+            size = unit["size"] if i < unit["states"] else 1
+            worst = max(worst, abs(row[name] - value) / (size + abs(value)))
     return worst / tolerance
 
 
