@@ -59,7 +59,7 @@ fn all_functions_do_what_the_standard_says() {
             eprintln!("{compiler} has no sanitizers");
         }
         for unit in units() {
-            let (numbers, events) = drive(&unit, &compiler, flags);
+            let (numbers, events) = drive(unit, &compiler, flags);
             let (derivatives, end) = numbers.split_at(unit.states);
             let near = |a: &f64, b: &f64| (a - b).abs() <= 1e-12 * (1.0 + b.abs());
             let same = derivatives.iter().zip(&unit.derivatives).all(|(a, b)| near(a, b));
