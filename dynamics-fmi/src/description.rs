@@ -124,10 +124,11 @@ fn declared_type(unit: &str, variables: &[Variable]) -> Option<String> {
 fn element(reference: usize, variable: &Variable, has_rows: bool, all: &[Variable]) -> String {
     let role = match variable.role {
         Role::Time => "causality=\"independent\" variability=\"continuous\"".to_owned(),
-        Role::State(value) => {
+        Role::State(value, nominal) => {
             let reinit = if has_rows { " reinit=\"true\"" } else { "" };
             format!(
-                "causality=\"output\" variability=\"continuous\" initial=\"exact\" start=\"{value:?}\"{reinit}"
+                "causality=\"output\" variability=\"continuous\" initial=\"exact\" start=\"{value:?}\" \
+                 nominal=\"{nominal:?}\"{reinit}"
             )
         }
         Role::Derivative(of) => format!(
@@ -160,7 +161,7 @@ fn structure(plan: &Plan, n: usize) -> String {
         for reference in references {
             // Coordinates and rates are themselves; rates of coordinates are the states behind these.
             let on = match variables.all[reference].role {
-                Role::State(_) => Some(reference),
+                Role::State(..) => Some(reference),
                 Role::Derivative(of) if of <= n => Some(of + n),
                 _ => None,
             };
@@ -170,7 +171,7 @@ fn structure(plan: &Plan, n: usize) -> String {
             let _ = writeln!(out, "    <{tag} valueReference=\"{reference}\"{on}/>");
         }
     };
-    let is_output = |role| matches!(role, Role::State(_) | Role::Output);
+    let is_output = |role| matches!(role, Role::State(..) | Role::Output);
     let is_derivative = |role| matches!(role, Role::Derivative(_));
     list(&mut out, "Output", variables.with(is_output));
     list(&mut out, "ContinuousStateDerivative", variables.with(is_derivative));

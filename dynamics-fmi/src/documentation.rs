@@ -10,12 +10,18 @@ use crate::plan::Plan;
 
 /// The live page where the model has one.
 pub(crate) fn page<M: SimulationModel + PrintedInC>(fmu: &Fmu<'_, M>, plan: &Plan) -> String {
-    #[cfg(feature = "live")]
-    if let Ok(page) = dynamics_live::Live::new(fmu.model, fmu.start).to_html() {
-        return page;
-    }
-    let _ = fmu;
-    plain::<M>(plan)
+    let live = if fmu.live_page { live(fmu) } else { None };
+    live.unwrap_or_else(|| plain::<M>(plan))
+}
+
+#[cfg(feature = "live")]
+fn live<M: SimulationModel + PrintedInC>(fmu: &Fmu<'_, M>) -> Option<String> {
+    dynamics_live::Live::new(fmu.model, fmu.start).to_html().ok()
+}
+
+#[cfg(not(feature = "live"))]
+fn live<M: SimulationModel + PrintedInC>(_: &Fmu<'_, M>) -> Option<String> {
+    None
 }
 
 /// Equations and variables.

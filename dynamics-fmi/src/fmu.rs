@@ -82,6 +82,7 @@ pub struct Fmu<'a, M: SimulationModel + PrintedInC> {
     pub(crate) tolerance: f64,
     pub(crate) duration: f64,
     pub(crate) binary: bool,
+    pub(crate) live_page: bool,
 }
 
 /// Tolerance of Co-Simulation, relative and absolute, where none is given: that of simulations.
@@ -93,7 +94,7 @@ impl<'a, M: SimulationModel + PrintedInC> Fmu<'a, M> {
     /// A unit of the model that begins at `start`, with its inputs and the modes of switched constraints.
     pub fn new(model: &'a M, start: State<M>) -> Self {
         let (method, tolerance, duration) = (FmuMethod::DormandPrince5, TOLERANCE, DURATION);
-        Self { model, start, method, tolerance, duration, binary: false }
+        Self { model, start, method, tolerance, duration, binary: false, live_page: true }
     }
 
     /// The method of Co-Simulation: [`methods::DormandPrince5`] (default) or [`methods::Dop853`].
@@ -102,8 +103,8 @@ impl<'a, M: SimulationModel + PrintedInC> Fmu<'a, M> {
         self
     }
 
-    /// The tolerance of Co-Simulation, where the importer gives none: relative, and absolute in the units of
-    /// the model. The drift from constraints in Model Exchange is kept below a tenth of it. Default 1e-8.
+    /// The tolerance of Co-Simulation, where the importer gives none: relative, and absolute in nominal values of
+    /// the states. The drift from constraints in Model Exchange is kept below a tenth of it. Default 1e-8.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self
@@ -119,6 +120,12 @@ impl<'a, M: SimulationModel + PrintedInC> Fmu<'a, M> {
     /// `cc`. Without it importers compile the sources.
     pub fn with_binary(mut self) -> Self {
         self.binary = true;
+        self
+    }
+
+    /// The documentation is a page of equations and variables, without scripts, instead of the live page.
+    pub fn without_live_page(mut self) -> Self {
+        self.live_page = false;
         self
     }
 

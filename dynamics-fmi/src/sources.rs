@@ -80,6 +80,7 @@ fn texts<M: SimulationModel + PrintedInC>(fmu: &Fmu<'_, M>, plan: &Plan) -> Vec<
         ("INDICATORS", (M::EVENTS.len() + M::C.kink_functions.len()).to_string()),
         ("REFERENCES", variables.all.len().to_string()),
         ("NAMES", names.join(",\n")),
+        ("NOMINALS", numbers(&plan.nominals)),
         ("Q", numbers(fmu.start.q().as_slice())),
         ("U", numbers(fmu.start.u().as_slice())),
         ("P", numbers(&plan.parameters)),

@@ -10,8 +10,8 @@ use dynamics_runtime::model::{Described, ModelState, PrintedInC, Quantity, Simul
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Role {
     Time,
-    /// A continuous state, with its value at the start.
-    State(f64),
+    /// A continuous state, with its value at the start and its nominal value.
+    State(f64, f64),
     /// The derivative of the state with this value reference.
     Derivative(usize),
     /// With its value.
@@ -42,13 +42,20 @@ pub(crate) struct Variables {
 
 impl Variables {
     /// Of a model with these parameters, at a start.
-    pub(crate) fn of<M: SimulationModel + PrintedInC>(parameters: &[f64], start: &M::State) -> Self {
+    pub(crate) fn of<M: SimulationModel + PrintedInC>(
+        parameters: &[f64],
+        start: &M::State,
+        nominals: &[f64],
+    ) -> Self {
         let n = M::COORDINATES.len();
         let mut list = List::default();
         list.add(names_time::<M>(), Role::Time, "the independent variable");
         let states = start.q().as_slice().iter().chain(start.u().as_slice());
-        for (column, &value) in names::coordinates::<M>().chain(names::velocities::<M>()).zip(states) {
-            list.add(column, Role::State(value), "");
+        let states = states.zip(nominals);
+        for (column, (&value, &nominal)) in
+            names::coordinates::<M>().chain(names::velocities::<M>()).zip(states)
+        {
+            list.add(column, Role::State(value, nominal), "");
         }
         let derived = names::velocities::<M>().chain(names::accelerations::<M>());
         for (i, Column { unit, .. }) in derived.enumerate() {

@@ -5,7 +5,9 @@ use crate::common;
 use common::{Builder, Values, arm, chain, double_pendulum, relative_chain};
 use dynamics_symbolic::compile::compile;
 use dynamics_symbolic::graph::{Bindings, FunctionId, NodeId, Origin, Symbol};
-use dynamics_symbolic::mechanics::{EnergyRole, Event, Force, ForceTerm, Function, Input, Model, Output};
+use dynamics_symbolic::mechanics::{
+    EnergyRole, Event, Force, ForceTerm, Function, Input, Model, Output, directions,
+};
 
 #[test]
 fn double_pendulum_equals_the_hand_derived_equations() {
@@ -146,5 +148,55 @@ fn jacobians_of_larger_models_are_difference_quotients() {
         for j in 0..parameters {
             check(&jacobians.by_parameters, j, &|v, h| v.p[j] += h);
         }
+    }
+}
+
+/// Rates along a direction are the Jacobians times the direction, which a state holds behind its own values.
+#[test]
+fn rates_along_a_direction_are_products_with_jacobians() {
+    for (model, n) in [(double_pendulum(), 2), (chain(5), 6), (arm(3), 3)] {
+        let parameters = model.parameters.len();
+        let mut c = compile(model).expect("a good model");
+        let energy = c.equations.energy_function;
+        let rates = directions(&mut c.model, &c.equations, &[energy]).expect("no constraints");
+        assert_eq!(rates.len(), n + 1);
+        let wave = |k: usize, i: usize| (1.7 * (k * 31 + i * 7 + 1) as f64).sin();
+        let joined = |k: usize, count: usize| (0..count).map(|i| wave(k, i)).collect::<Vec<f64>>();
+        let masses = (0..parameters).map(|i| 1.0 + 0.3 * wave(3, i) - if i % 13 > 9 { 0.9 } else { 0.0 });
+        let [dq, du, dp] = [(4, n), (5, n), (6, parameters)].map(|(k, count)| joined(k, count));
+        let v = Values {
+            // The rate of time is the last one.
+            q: [joined(1, n), dq.clone(), vec![0.5]].concat(),
+            u: [joined(2, n), du.clone()].concat(),
+            p: masses.chain(dp.iter().copied()).collect(),
+            ..Values::default()
+        };
+        let found = c.model.graph.evaluate(&rates, &v);
+        let jacobians = c.equations.jacobians.as_ref().expect("small enough");
+        for (i, rate) in rates[..n].iter().enumerate() {
+            let rows = [&jacobians.by_q[i], &jacobians.by_u[i], &jacobians.by_parameters[i]];
+            let product = |(row, direction): (&Vec<NodeId>, &Vec<f64>)| -> f64 {
+                let entries = c.model.graph.evaluate(row, &v);
+                row.iter().zip(direction).map(|(entry, rate)| entries[entry.index()] * rate).sum()
+            };
+            let expected: f64 = rows.into_iter().zip([&dq, &du, &dp]).map(product).sum();
+            let rate = found[rate.index()];
+            assert!((rate - expected).abs() <= 1e-10 * expected.abs().max(1.0), "{i}: {rate} {expected}");
+        }
+        // dE along a direction by the difference of both ends of a short way.
+        let at = |h: f64| {
+            let moved = |values: &[f64], rates: &[f64], count: usize| -> Vec<f64> {
+                values[..count].iter().zip(rates).map(|(value, rate)| value + h * rate).collect()
+            };
+            let moved = Values {
+                q: moved(&v.q, &dq, n),
+                u: moved(&v.u, &du, n),
+                p: moved(&v.p, &dp, parameters),
+                ..Values::default()
+            };
+            c.model.graph.evaluate(&[energy], &moved)[energy.index()]
+        };
+        let (quotient, rate) = ((at(1e-5) - at(-1e-5)) / 2e-5, found[rates[n].index()]);
+        assert!((quotient - rate).abs() <= 1e-7 * rate.abs().max(1.0), "{quotient} {rate}");
     }
 }

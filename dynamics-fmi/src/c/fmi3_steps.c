@@ -2,6 +2,7 @@
 /* Functions of FMI 3.0: events, Model Exchange and Co-Simulation. */
 #include "$_fmu.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -155,7 +156,7 @@ fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 
     nContinuousStates, 2U*N);
   size_t i;
   for (i = 0; (x != NULL) && (i < nContinuousStates); i++) {
-    nominals[i] = 1.0;
+    nominals[i] = $_fmu_nominals[i];
   }
   return (x != NULL) ? fmi3OK : fmi3Error;
 }
@@ -226,7 +227,8 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
   static const char function[] = "fmi3DoStep";
   $_fmu *x = $_fmu_open(instance, STEP, function);
   const double end = currentCommunicationPoint + communicationStepSize;
-  const double near = 1e-9*fmax(fabs(end), fabs(communicationStepSize));
+  /* Importers add up their steps, with roundings. */
+  const double near = 1e-6*fabs(communicationStepSize) + 64.0*DBL_EPSILON*fabs(end);
   fmi3Status status = fmi3Error;
   (void)noSetFMUStatePriorToCurrentPoint;
   if (x == NULL) {

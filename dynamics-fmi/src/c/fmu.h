@@ -65,7 +65,7 @@ enum {
 enum { SOLVED = 1, ENERGIES = 2, OUTPUTS = 4, EVENTS = 8, KINKS = 16 };
 
 /* Why there is no result, beside the statuses of $.h. */
-enum { NOT_FINITE = 16, OFF = 17, TOO_SHORT = 18 };
+enum { NOT_FINITE = 16, OFF = 17, TOO_SHORT = 18, CHATTERS = 19 };
 
 /* Everything that changes: what a saved state holds. */
 typedef struct {
@@ -105,6 +105,8 @@ typedef struct {
 } $_fmu;
 
 extern const char *const $_fmu_names[VR_END];
+/* Sizes of the states below which errors are absolute, in parts of them. */
+extern const double $_fmu_nominals[2*N];
 <<MODES_HEAD>>
 /* Reports why something was refused. */
 void $_fmu_report(const $_fmu *x, fmi3Status status, const char *format, ...);
@@ -144,8 +146,8 @@ typedef struct {
   double dp[SOME(NP)];
 } $_fmu_direction;
 int $_fmu_directional($_fmu_values *x, const $_fmu_direction *d, double *out);
-/* Brings coordinates and velocities to the constraints; `moved`: the largest change, as a part of 1 or of
- * what is changed. */
+/* Brings coordinates and velocities to the constraints; `moved`: the largest change, as a part of what is
+ * changed, or of its nominal value. */
 int $_fmu_project($_fmu_values *x, double *moved);
 /* Moves to `end`, or to the first event where `stops` says so. */
 int $_fmu_advance($_fmu_values *x, double end, int stops, int *stopped);

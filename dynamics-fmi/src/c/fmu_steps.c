@@ -79,8 +79,8 @@ static double squares(const $_fmu_values *from, const $_fmu_values *to, const do
   double all = 0.0;
   int i;
   for (i = 0; i < N; i++) {
-    const double scale_q = tolerance*(1.0 + fmax(fabs(from->q[i]), fabs(to->q[i])));
-    const double scale_u = tolerance*(1.0 + fmax(fabs(from->u[i]), fabs(to->u[i])));
+    const double scale_q = tolerance*($_fmu_nominals[i] + fmax(fabs(from->q[i]), fabs(to->q[i])));
+    const double scale_u = tolerance*($_fmu_nominals[N + i] + fmax(fabs(from->u[i]), fabs(to->u[i])));
     all += (of_q[i]/scale_q)*(of_q[i]/scale_q) + (of_u[i]/scale_u)*(of_u[i]/scale_u);
   }
   return all;
@@ -163,13 +163,13 @@ static double first_step(const $_fmu_values *x)
 }
 
 #if (NR > 0)
-/* The largest change, as a part of 1 or of what is changed. */
-static double largest(const double *change, const double *values)
+/* The largest change, as a part of what is changed, or of its nominal value. */
+static double largest(const double *change, const double *values, const double *nominals)
 {
   double most = 0.0;
   int i;
   for (i = 0; i < N; i++) {
-    const double part = fabs(change[i])/fmax(1.0, fabs(values[i]));
+    const double part = fabs(change[i])/fmax(nominals[i], fabs(values[i]));
     most = !(part <= most) ? part : most;
   }
   return most;
@@ -202,7 +202,7 @@ int $_fmu_project($_fmu_values *x, double *moved)
   for (pass = 0; (pass < PASSES) && (status == %%_OK) && !(size <= ROUNDING); pass++) {
     $_residual(x->p, x->t, x->q, x->u<<MORE>>, r);
     status = $_correction(x->p, x->k, x->t, x->q, x->u<<MORE>>, r, change);
-    size = largest(change, x->q);
+    size = largest(change, x->q, $_fmu_nominals);
     for (i = 0; (i < N) && (status == %%_OK); i++) {
       x->q[i] -= change[i];
     }
@@ -213,7 +213,7 @@ int $_fmu_project($_fmu_values *x, double *moved)
   for (pass = 0; (pass < 2) && (status == %%_OK); pass++) {
     $_velocity_residual(x->p, x->t, x->q, x->u<<MORE>>, r);
     status = $_correction(x->p, x->k, x->t, x->q, x->u<<MORE>>, r, change);
-    size = largest(change, x->u);
+    size = largest(change, x->u, $_fmu_nominals + N);
     for (i = 0; (i < N) && (status == %%_OK); i++) {
       x->u[i] -= change[i];
     }
@@ -223,7 +223,7 @@ int $_fmu_project($_fmu_values *x, double *moved)
     old_q[i] -= x->q[i];
     old_u[i] -= x->u[i];
   }
-  *moved = fmax(largest(old_q, x->q), largest(old_u, x->u));
+  *moved = fmax(largest(old_q, x->q, $_fmu_nominals), largest(old_u, x->u, $_fmu_nominals + N));
   x->inconsistent = (status == %%_OK) ? 0 : x->inconsistent;
   $_fmu_changed(x);
   return status;
@@ -252,6 +252,9 @@ static int crosses(const double *before, const double *after, int stops)
 /* Crossings are located to this part of a tolerance, in steps. */
 #define LOCATED 1e-3
 #define MOST_BISECTIONS 60
+/* So many steps in a row that end at a crossing after this part of their length go nowhere. */
+#define MOST_CROSSINGS 50
+#define NOWHERE 1e-4
 
 /* Shortens a step so that it ends just behind the first crossing in it. */
 static int locate(const $_fmu_values *from, int stops, double *h, $_fmu_values *to, int *stopped)
@@ -301,6 +304,7 @@ int $_fmu_advance($_fmu_values *x, double end, int stops, int *stopped)
   double error = 0.0;
   double moved = 0.0;
   int rejected = 0;
+  int crossings = 0;
   int status = %%_OK;
   *stopped = 0;
   if (x->inconsistent != 0) {
@@ -337,8 +341,11 @@ int $_fmu_advance($_fmu_values *x, double end, int stops, int *stopped)
       rejected = 0;
 #if (NV + NK) > 0
       status = locate(x, stops, &h, &to, stopped);
+      crossings = (h < NOWHERE*whole) ? (crossings + 1) : 0;
+      status = ((status == %%_OK) && (crossings >= MOST_CROSSINGS)) ? CHATTERS : status;
 #else
       (void)stops;
+      (void)crossings;
 #endif
       if (status == %%_OK) {
         to.h = (h < whole) ? fmin(next, whole) : next;

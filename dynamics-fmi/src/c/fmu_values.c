@@ -12,6 +12,10 @@ const char *const $_fmu_names[VR_END] = {
 <<NAMES>>
 };
 
+const double $_fmu_nominals[2*N] = {
+<<NOMINALS>>
+};
+
 static const double start_q[N] = {
 <<Q>>
 };
@@ -59,6 +63,8 @@ const char *$_fmu_words(int status)
     words = "no projection leads from this state to the constraints";
   } else if (status == TOO_SHORT) {
     words = "the steps become too short: the motion is too fast, or ends here";
+  } else if (status == CHATTERS) {
+    words = "accelerations that jump hold the motion at a place where they do: make the force smooth there";
   } else if (status == <<GUARDED>>) {
     words = "the order in which the constraints are eliminated does not apply at this state";
   } else if (status == <<SINGULAR>>) {

@@ -4,8 +4,10 @@ use std::path::Path;
 use std::process::Command;
 use std::{env, fs};
 
+use dynamics::prelude::*;
 use serde_json::json;
 
+use crate::models::CartPole;
 use crate::units::{JUMP, MOST_TOLERANCES, TOLERANCE, folder, units};
 
 /// The interpreter: `DYNAMICS_PYTHON`, else `python3`.
@@ -52,12 +54,18 @@ fn fmpy_validates_and_moves_all_units() {
                 "path": path.join(format!("{}.fmu", unit.name)),
                 "compared": unit.compared,
                 "states": unit.states,
+                "size": unit.size,
                 "runs": runs.collect::<Vec<_>>(),
             })
         })
         .collect();
     let folder = folder("fmpy");
-    let jobs = json!({ "tolerance": TOLERANCE, "jump": JUMP, "most": MOST_TOLERANCES, "units": all });
+    // One with a library, which needs no build.
+    let model = CartPole { cart: 2.0, bob: 0.6, l: 0.9, g: 9.81 };
+    let start = model.state().theta(0.3).push(0.5).build().unwrap();
+    let binary = folder.join("built.fmu");
+    model.fmu(start).tolerance(TOLERANCE).with_binary().write(&binary).unwrap();
+    let jobs = json!({ "tolerance": TOLERANCE, "jump": JUMP, "most": MOST_TOLERANCES, "units": all, "binary": binary });
     fs::write(folder.join("jobs.json"), jobs.to_string()).unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("fmi/fmpy_runs.py");
     let output = Command::new(python()).arg(script).arg(&folder).output().unwrap();

@@ -5,7 +5,7 @@
 //! `DYNAMICS_FMPY=1` the latter is an error.
 
 #[path = "../c/compiler.rs"]
-#[allow(dead_code)]
+#[allow(dead_code)] // folders of this theme have a place of their own
 mod compiler;
 mod description;
 #[path = "../../models/double_pendulum.rs"]

@@ -17,6 +17,8 @@ pub(crate) const TOLERANCE: f64 = 1e-7;
 pub(crate) const MOST_TOLERANCES: f64 = 10.0;
 /// Tolerance of the motions that units are compared with.
 const PRECISE: f64 = 1e-12;
+/// Size of the motion of the unit `small`, in m.
+const SMALL: f64 = 1e-7;
 /// When inputs jump.
 pub(crate) const JUMP: f64 = 0.5;
 /// When motions are compared.
@@ -52,6 +54,8 @@ pub(crate) struct Unit {
     pub(crate) derivatives: Vec<f64>,
     pub(crate) runs: Vec<Run>,
     pub(crate) rows: usize,
+    /// The size of values below which their errors count as parts of it.
+    pub(crate) size: f64,
     /// Whether there are derivatives along a direction, and names of the structured convention.
     pub(crate) directional: bool,
     pub(crate) structured: bool,
@@ -185,6 +189,7 @@ fn unit<M: SimulationModel + Parameters + PrintedInC + Clone>(
         derivatives: [start.u().as_slice(), accelerations.as_slice()].concat(),
         runs,
         rows: M::ROWS.len(),
+        size: if name == "small" { SMALL } else { 1.0 },
         directional: M::CONSTRAINTS.iter().all(|constraint| constraint.switched.is_none()),
         structured: M::COORDINATES.iter().all(|coordinate| coordinate.name.is_ascii()),
     }
@@ -218,6 +223,8 @@ fn all() -> Vec<Unit> {
     let start = model.state().x([0.1, -0.2]).build().unwrap();
     let changed = [("stiffness[1]", 5.0), ("damping", 1.0), ("mass[0]", 3.0)];
     all.push(unit("masses", methods::DormandPrince5, (&model, start), &changed));
+    let start = model.state().x([SMALL, -SMALL]).build().unwrap();
+    all.push(unit("small", methods::DormandPrince5, (&model, start), &[("damping", 1.0)]));
     let model = CartPole { cart: 2.0, bob: 0.6, l: 0.9, g: 9.81 };
     let start = model.state().theta(0.3).push(0.5).build().unwrap();
     all.push(unit("cart_pole", methods::DormandPrince5, (&model, start), &[("cart", 1.0)]));
