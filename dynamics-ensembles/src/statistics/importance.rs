@@ -84,7 +84,8 @@ impl Importance {
             groups.iter().map(|group| group.iter().map(|x| x - mean).collect()).collect();
         let every: Vec<usize> = (0..groups.len()).collect();
         let variance = Sums::of(&centred, &every).variance;
-        if !(variance > CONSTANT * mean * mean) {
+        let varies = variance > CONSTANT * mean * mean;
+        if !varies {
             return Err(EnsembleError::Constant { column: of.into() });
         }
         let found = Sums::of(&centred, &every);
