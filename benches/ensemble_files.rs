@@ -2,10 +2,10 @@
 //! into files, with progress.
 //!
 //! `cargo bench -p dynamics-benches --bench ensemble_files` makes 160 × 160 double pendulums of 10 s at a
-//! tolerance of 1e-9 on one core, or on all with `--features parallel`. Times are the least of five passes, in
-//! turn: time of the processor on one core where the system tells it (Linux), so that other programs do not
-//! count, else time of the clock. The lines `rows alone` are of runs that compute nothing: what points, blocks
-//! and files cost by themselves. Files go to a folder below `target`.
+//! tolerance of 1e-9 on one core, or on all with `--features parallel`. Times are the least of five passes,
+//! in turn: time of the processor on one core where the system tells it (Linux), so that other programs do
+//! not count, else time of the clock. The lines `rows alone` are of runs that compute nothing: what points,
+//! blocks and files cost by themselves. Files go to a folder below `target`.
 
 #[path = "../tests/models/double_pendulum.rs"]
 mod double_pendulum;

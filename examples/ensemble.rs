@@ -1,11 +1,12 @@
-//! What decides where a double pendulum is: its starts, its lengths, its masses? The answer changes with time.
+//! What decides where a double pendulum is: its starts, its lengths, its masses? The answer changes with
+//! time.
 //!
-//! Each input is known to within a normal distribution: angles to 1°, lengths and masses to 1 %. Sobol indices
-//! say which part of the variance of the lower bob's position is due to which input: *alone* if nothing else
-//! varies with it, *with others* if everything does. At first the angles decide, each alone: the motion is
-//! almost linear in its inputs, and the parts alone sum to 1. Later the lengths and gravity take over, because
-//! a small difference of the period adds up with time. In the end chaos mixes everything: no input alone
-//! explains the position, and every input with others does.
+//! Each input is known to within a normal distribution: angles to 1°, lengths and masses to 1 %. Sobol
+//! indices say which part of the variance of the lower bob's position is due to which input: *alone* if
+//! nothing else varies with it, *with others* if everything does. At first the angles decide, each alone: the
+//! motion is almost linear in its inputs, and the parts alone sum to 1. Later the lengths and gravity take
+//! over, because a small difference of the period adds up with time. In the end chaos mixes everything: no
+//! input alone explains the position, and every input with others does.
 //!
 //!     cargo run --release --features parallel,progress --example ensemble
 //!

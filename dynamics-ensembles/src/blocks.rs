@@ -62,7 +62,8 @@ impl Blocks {
                 };
                 fs::create_dir_all(&blocks.folder).map_err(failed("create the folder", &blocks.folder))?;
                 let path = blocks.folder.join(PLAN);
-                write_whole(&path, description.to_text().as_bytes()).map_err(failed("write", &path))?;
+                write_whole(&path, &blocks.folder, description.to_text().as_bytes())
+                    .map_err(failed("write", &path))?;
             }
         }
         Ok(blocks)
@@ -100,7 +101,8 @@ impl Blocks {
     pub(crate) fn save(&self, block: usize, rows: &Rows) -> Result<(), EnsembleError> {
         let path = self.path(block);
         let bytes = self.to_bytes(block, rows);
-        write_whole(&path, &bytes).map_err(|source| FileError { path, action: "write", source }.into())
+        write_whole(&path, &self.folder, &bytes)
+            .map_err(|source| FileError { path, action: "write", source }.into())
     }
 
     /// Reads a block.
