@@ -2,9 +2,10 @@
 //! into files, with progress.
 //!
 //! `cargo bench -p dynamics-benches --bench ensemble_files` makes 160 × 160 double pendulums of 10 s at a
-//! tolerance of 1e-9 on one core, or on all with `--features parallel`. Times are the least of five passes, in
-//! turn: time of the processor on one core where the system tells it (Linux), so that other programs do not
-//! count, else time of the clock. Files go to a folder below `target`.
+//! tolerance of 1e-9 on one core, or on all with `--features parallel`. Times are the least of five passes,
+//! in turn: time of the processor on one core where the system tells it (Linux), so that other programs do
+//! not count, else time of the clock. The lines `rows alone` are of runs that compute nothing: what points,
+//! blocks and files cost by themselves. Files go to a folder below `target`.
 
 #[path = "../tests/models/double_pendulum.rs"]
 mod double_pendulum;
@@ -65,14 +66,29 @@ fn main() -> Outcome {
         let ensemble = ensemble.progress();
         Ok(assert!(ensemble.run()?.failed().is_empty()))
     };
+    let rows_alone = |ending: Option<&str>| -> Outcome {
+        let _ = std::fs::remove_dir_all(&folder);
+        let grid = Grid::new().over("theta2", angles()).over("theta1", angles());
+        let rows =
+            MODEL.ensemble(start, grid).compute(["end1", "end2"], |_, start| [start.theta1().sin(); 2]);
+        let rows = match ending {
+            Some(ending) => rows.to(folder.join(format!("runs.{ending}"))),
+            None => rows,
+        };
+        Ok(assert!(rows.run()?.failed().is_empty()))
+    };
     let mut ways: Vec<(&str, Box<dyn Fn() -> Outcome>)> = vec![
         ("sweep", Box::new(sweep)),
         ("ensemble in memory", Box::new(in_memory)),
         ("ensemble to .npy", Box::new(|| to("npy"))),
         ("ensemble to .csv", Box::new(|| to("csv"))),
     ];
+    ways.push(("rows alone, in memory", Box::new(|| rows_alone(None))));
+    ways.push(("rows alone, to .npy", Box::new(|| rows_alone(Some("npy")))));
+    ways.push(("rows alone, to .csv", Box::new(|| rows_alone(Some("csv")))));
     if cfg!(feature = "parquet") {
         ways.push(("ensemble to .parquet", Box::new(|| to("parquet"))));
+        ways.push(("rows alone, to .parquet", Box::new(|| rows_alone(Some("parquet")))));
     }
     let (begun, mut least) = (Instant::now(), vec![f64::INFINITY; ways.len()]);
     for _ in 0..PASSES {
@@ -86,7 +102,7 @@ fn main() -> Outcome {
     println!("{runs} runs, {UNTIL} s at a tolerance of {TOLERANCE:e}; least of {PASSES} passes");
     for ((name, _), taken) in ways.iter().zip(&least) {
         let more = 100.0 * (taken / least[0] - 1.0);
-        println!("{name:22} {taken:8.3} s  {:8.2} µs per run  {more:+6.2} %", 1e6 * taken / runs);
+        println!("{name:24} {taken:8.3} s  {:8.2} µs per run  {more:+6.2} %", 1e6 * taken / runs);
     }
     Ok(())
 }

@@ -37,18 +37,20 @@ pub(crate) fn assemble(
     description: &Description,
 ) -> Result<Vec<Rows>, EnsembleError> {
     let count = blocks.partition().blocks();
-    write_in_order(path, description, count, |block| load(blocks, block))
+    write_in_order(path, Some(blocks.folder()), description, count, |block| load(blocks, block))
 }
 
-/// Writes `count` blocks to a file in their order, wherever they come from, and returns their rows.
+/// Writes `count` blocks to a file in their order, wherever they come from, and returns their rows. Until the
+/// file is complete it lies in `folder`, or beside its place.
 pub(crate) fn write_in_order(
     path: &Path,
+    folder: Option<&Path>,
     description: &Description,
     count: usize,
     rows_of: impl Fn(usize) -> Result<Rows, EnsembleError> + Sync,
 ) -> Result<Vec<Rows>, EnsembleError> {
     let format = FileFormat::of(path)?;
-    let mut writer = TableWriter::create(path, description.clone())?;
+    let mut writer = TableWriter::create(path, folder, description.clone())?;
     let mut all = Vec::with_capacity(count);
     for first in (0..count).step_by(BLOCKS_AT_ONCE) {
         let encoded = |place: usize| -> Result<(Rows, Encoded), EnsembleError> {

@@ -62,7 +62,8 @@ impl Blocks {
                 };
                 fs::create_dir_all(&blocks.folder).map_err(failed("create the folder", &blocks.folder))?;
                 let path = blocks.folder.join(PLAN);
-                write_whole(&path, description.to_text().as_bytes()).map_err(failed("write", &path))?;
+                write_whole(&path, &blocks.folder, description.to_text().as_bytes())
+                    .map_err(failed("write", &path))?;
             }
         }
         Ok(blocks)
@@ -100,14 +101,15 @@ impl Blocks {
     pub(crate) fn save(&self, block: usize, rows: &Rows) -> Result<(), EnsembleError> {
         let path = self.path(block);
         let bytes = self.to_bytes(block, rows);
-        write_whole(&path, &bytes).map_err(|source| FileError { path, action: "write", source }.into())
+        write_whole(&path, &self.folder, &bytes)
+            .map_err(|source| FileError { path, action: "write", source }.into())
     }
 
     /// Reads a block.
     pub(crate) fn load(&self, block: usize) -> Result<Found, EnsembleError> {
         let path = self.path(block);
         match fs::read(&path) {
-            Ok(bytes) => Ok(self.from_bytes(block, &bytes).map_or(Found::Damaged, Found::Rows)),
+            Ok(bytes) => Ok(self.rows_in(block, &bytes).map_or(Found::Damaged, Found::Rows)),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Found::Nothing),
             Err(error) => Err(EnsembleError::Unreadable { path, problem: error.to_string() }),
         }
@@ -147,7 +149,7 @@ impl Blocks {
     }
 
     /// The rows of a block; `None` if the bytes are not this block of this plan.
-    fn from_bytes(&self, block: usize, bytes: &[u8]) -> Option<Rows> {
+    fn rows_in(&self, block: usize, bytes: &[u8]) -> Option<Rows> {
         let (content, sum) = bytes.split_last_chunk::<8>()?;
         if of_bytes(content) != u64::from_le_bytes(*sum) {
             return None;
@@ -206,7 +208,7 @@ mod tests {
     #[test]
     fn blocks_read_back() {
         let (blocks, rows) = blocks();
-        let read = blocks.from_bytes(1, &blocks.to_bytes(1, &rows)).unwrap();
+        let read = blocks.rows_in(1, &blocks.to_bytes(1, &rows)).unwrap();
         let bits = |rows: &Rows| rows.values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         assert_eq!((bits(&read), &read.runs, &read.failed), (bits(&rows), &rows.runs, &rows.failed));
     }
@@ -217,15 +219,15 @@ mod tests {
         let (blocks, rows) = blocks();
         let bytes = blocks.to_bytes(1, &rows);
         for length in 0..bytes.len() {
-            assert!(blocks.from_bytes(1, &bytes[..length]).is_none(), "{length}");
+            assert!(blocks.rows_in(1, &bytes[..length]).is_none(), "{length}");
         }
         for place in 0..bytes.len() {
             let mut changed = bytes.clone();
             changed[place] ^= 16;
-            assert!(blocks.from_bytes(1, &changed).is_none(), "{place}");
+            assert!(blocks.rows_in(1, &changed).is_none(), "{place}");
         }
-        assert!(blocks.from_bytes(0, &bytes).is_none());
+        assert!(blocks.rows_in(0, &bytes).is_none());
         let other = Blocks { digest: 43, ..blocks };
-        assert!(other.from_bytes(1, &bytes).is_none());
+        assert!(other.rows_in(1, &bytes).is_none());
     }
 }

@@ -44,9 +44,10 @@ impl<const K: usize> KeptNumbers<K> for [f64; K] {
     }
 }
 
-impl<const K: usize, E: Into<RunFailure>> KeptNumbers<K> for Result<[f64; K], E> {
-    fn numbers(self) -> Result<[f64; K], RunFailure> {
-        self.map_err(Into::into)
+// For one type of errors only, so that closures may use `?` without naming it.
+impl<const K: usize> KeptNumbers<K> for Result<[f64; K], RunFailure> {
+    fn numbers(self) -> Self {
+        self
     }
 }
 
@@ -132,8 +133,8 @@ impl<'m, M: Simulate + Parameters + Clone> Ensemble<'m, M> {
     }
 
     /// Keeps numbers of each motion, under these names, with a unit if it stands in brackets:
-    /// `"energy_drift [J]"`. The closure returns the numbers, or a `Result` of them. Runs are made one by
-    /// one; if the last state is enough, [`Ensemble::keep_ends`] takes a part of the time.
+    /// `"energy_drift [J]"`. The closure returns the numbers, or a `Result` of them with a [`RunFailure`], to
+    /// which the errors of runs convert by `?`. Runs are made one by one; if the last state is enough, [`Ensemble::keep_ends`] takes a part of the time.
     pub fn keep<const K: usize, R: KeptNumbers<K>>(
         mut self,
         names: [&str; K],

@@ -2,7 +2,7 @@
 //!
 //! | ending | content | beside it |
 //! |---|---|---|
-//! | `.csv` | a head with names and units, a line for each run, the reason of a failure last | `.csv.plan.txt` |
+//! | `.csv` | names and units, then a line for each run, the reason of a failure last | `.csv.plan.txt` |
 //! | `.npy` | a structured array: a field for each column, and `failed` | `.npy.plan.txt`, with the reasons |
 //! | `.parquet` | columns, `failed_because`; plan, units and summary as metadata | nothing |
 //!
@@ -120,13 +120,18 @@ pub(crate) struct TableWriter {
 }
 
 impl TableWriter {
-    /// Begins a file; folders that it needs are made.
-    pub(crate) fn create(path: &Path, description: Description) -> Result<Self, EnsembleError> {
+    /// Begins a file; folders that it needs are made. What is not complete lies in `folder`, from which it is
+    /// removed with the blocks, or, without one, beside the file.
+    pub(crate) fn create(
+        path: &Path,
+        folder: Option<&Path>,
+        description: Description,
+    ) -> Result<Self, EnsembleError> {
         let format = FileFormat::of(path)?;
         if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
             fs::create_dir_all(folder).map_err(|source| failed("create the folder", folder, source))?;
         }
-        let part = part_of(path);
+        let part = part_of(path, folder.unwrap_or_else(|| path.parent().unwrap_or(Path::new(""))));
         let file = fs::File::create(&part).map_err(|source| failed("create", &part, source))?;
         let mut file = BufWriter::new(file);
         let mut begin =
@@ -182,7 +187,8 @@ impl TableWriter {
                 file.flush().map_err(|source| failed("write", &part, source))?;
                 // First what lies beside it: a table is never without its plan.
                 let beside = beside(&path);
-                write_whole(&beside, description.to_text().as_bytes())
+                let folder = part.parent().unwrap_or(Path::new(""));
+                write_whole(&beside, folder, description.to_text().as_bytes())
                     .map_err(|source| failed("write", &beside, source))?;
             }
             #[cfg(feature = "parquet")]

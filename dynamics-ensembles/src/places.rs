@@ -143,8 +143,8 @@ impl Job<'_> {
         Ok(Missing { blocks, runs, damaged })
     }
 
-    /// Checks that the inputs of a block are those of this ensemble, at its first, its middle and its last run:
-    /// a plan may say little of a closure that makes them.
+    /// Checks that the inputs of a block are those of this ensemble, at its first, its middle and its last
+    /// run: a plan may say little of a closure that makes them.
     fn check_inputs(&self, rows: &Rows) -> Result<(), EnsembleError> {
         let width = rows.values.len() / rows.runs.len().max(1);
         let places = [0, rows.runs.len() / 2, rows.runs.len().saturating_sub(1)];

@@ -80,7 +80,7 @@ fn join<P: AsRef<Path>>(folders: &[P], to: &Path, ranks: Option<usize>) -> Resul
     }
     let Sources { of_block, overlaps } = sources(&shards, ranks)?;
     let rows_of = |block: usize| load(&shards[of_block[block]], block);
-    let rows = write_in_order(to, &description, of_block.len(), rows_of)?;
+    let rows = write_in_order(to, None, &description, of_block.len(), rows_of)?;
     let report = EnsembleReport {
         way: format!("joined from {} folders", shards.len()),
         place: "one machine".into(),

@@ -143,7 +143,8 @@ impl EnsembleTable {
     }
 
     /// Which part of the variance of a column is due to each input: Sobol indices of first order and total,
-    /// with 95 % intervals. The runs must be those of [`Samples::for_importance`](crate::Samples::for_importance).
+    /// with 95 % intervals. The runs must be those of
+    /// [`Samples::for_importance`](crate::Samples::for_importance).
     ///
     /// # Errors
     /// An unknown name, other runs, a shard, too few groups without failure, a number that does not vary.
@@ -184,7 +185,7 @@ impl EnsembleTable {
             })
         };
         let description = Description { failed: Vec::new(), ..self.description.clone() };
-        write_in_order(path.as_ref(), &description, partition.blocks(), rows_of).map(|_| ())
+        write_in_order(path.as_ref(), None, &description, partition.blocks(), rows_of).map(|_| ())
     }
 
     fn place(&self, name: &str) -> Result<usize, EnsembleError> {

@@ -95,8 +95,8 @@ fn the_runtime_knows_no_engine() {
     assert!(!manifest.contains("dynamics-symbolic") && !manifest.contains("dynamics-macros"));
 }
 
-/// Analyses stand above all but the façade and ensembles, which make many runs of what they vary: whoever only
-/// simulates does not compile them.
+/// Analyses stand above all but the façade and ensembles, which make many runs of what they vary: whoever
+/// only simulates does not compile them.
 #[test]
 fn nothing_but_the_root_and_ensembles_use_the_analysis() {
     let above = ["dynamics-analysis", "dynamics-ensembles"];

@@ -94,9 +94,9 @@ impl<'m, M: Simulate + Parameters + Clone> Sweeping<'m, M> {
     }
 
     /// Makes all runs and keeps numbers of their ends only. `options` gets the model and the simulation of a
-    /// run and completes it: `.until(..)`, a tolerance, events. `of_end` gets the model and the last state, at
-    /// the end time or where `.stop_at(..)` ended the run. This takes a part of the time of [`Sweeping::run`] where runs can be
-    /// made side by side, see [`ends`].
+    /// run and completes it: `.until(..)`, a tolerance, events. `of_end` gets the model and the last state,
+    /// at the end time or where `.stop_at(..)` ended the run. This takes a part of the time of
+    /// [`Sweeping::run`] where runs can be made side by side, see [`ends`].
     ///
     /// ```text
     /// let sweep = sweep.ends(["theta1"], |_, run| run.until(30.0), |_, end| [end.theta1()])?;

@@ -77,10 +77,11 @@ fn cholesky(c: &[Vec<f64>], names: &[String], means: usize) -> Result<Vec<Vec<f6
                 continue;
             }
             // Below this it is the rounding of the differences.
-            if !(rest > n as f64 * f64::EPSILON * c[i][i].abs()) || !rest.is_finite() {
+            let is_positive = rest > n as f64 * f64::EPSILON * c[i][i].abs();
+            if !is_positive || !rest.is_finite() {
                 return Err(format!(
-                    "is not positive definite: `{}` has no variance of its own, {rest:e}; check its signs, or \
-                     leave out inputs that the others determine",
+                    "is not positive definite: `{}` has no variance of its own, {rest:e}; check its signs, \
+                     or leave out inputs that the others determine",
                     names[i]
                 ));
             }

@@ -73,6 +73,7 @@ impl Distribution {
 
 /// Coefficients of the algorithm AS 241, PPND16: numerators and denominators for the middle, for the sides
 /// and for the far sides, by growing powers.
+#[allow(clippy::excessive_precision, reason = "as they are published")]
 const MIDDLE: [[f64; 8]; 2] = [
     [
         3.3871328727963666080e0,
@@ -95,6 +96,7 @@ const MIDDLE: [[f64; 8]; 2] = [
         5.2264952788528545610e3,
     ],
 ];
+#[allow(clippy::excessive_precision, reason = "as they are published")]
 const SIDES: [[f64; 8]; 2] = [
     [
         1.42343711074968357734e0,
@@ -117,6 +119,7 @@ const SIDES: [[f64; 8]; 2] = [
         1.05075007164441684324e-9,
     ],
 ];
+#[allow(clippy::excessive_precision, reason = "as they are published")]
 const FAR_SIDES: [[f64; 8]; 2] = [
     [
         6.65790464350110377720e0,

@@ -1,8 +1,8 @@
 //! The runs for Sobol indices: A. Saltelli et al., *Variance based sensitivity analysis of model output*,
 //! Comput. Phys. Commun. 181, 2010.
 //!
-//! Two independent samples A and B, and for each input i the sample A_B⁽ⁱ⁾, which is A with input i from B.
-//! The runs of one sample are a group: A, B, A_B⁽¹⁾, …, A_B⁽ᵈ⁾.
+//! Two independent samples A and B, and for each input i the sample A_B⁽ⁱ⁾, which is A with input i
+//! from B. The runs of one sample are a group: A, B, A_B⁽¹⁾, …, A_B⁽ᵈ⁾.
 
 use super::samples::UnitPoints;
 use super::{InputError, Inputs, Samples};

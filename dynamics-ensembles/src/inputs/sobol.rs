@@ -2,7 +2,8 @@
 //! access: points fill the unit cube evenly, each power of two of them in every elementary interval.
 //!
 //! x_n = ⊕ V_k over the bits k of n ⊕ ⌊n/2⌋. V_k = m_k 2^−k, and with the primitive polynomial
-//! x^s + a₁ x^{s−1} + … + a_{s−1} x + 1 m_k = 2 a₁ m_{k−1} ⊕ 2² a₂ m_{k−2} ⊕ … ⊕ 2^s m_{k−s} ⊕ m_{k−s}.
+//! x^s + a₁ x^{s−1} + … + a_{s−1} x + 1 m_k = 2 a₁ m_{k−1} ⊕ 2² a₂ m_{k−2} ⊕ … ⊕ 2^s
+//! m_{k−s} ⊕ m_{k−s}.
 //!
 //! A seed scrambles the digits (A. B. Owen, 1995), by the hash of N. Vegdahl after S. Laine & T. Karras (B.
 //! Burley, *Practical hash-based Owen scrambling*, JCGT 9, 2020) for the upper 32 digits. The points stay as
@@ -52,7 +53,8 @@ impl Sobol {
         }
     }
 
-    /// The coordinate of a point: the middle of its interval of length 2^−52, so that it is neither 0 nor 1.
+    /// The coordinate of a point: the middle of its interval of length 2^−52, so that it is neither 0 nor
+    /// 1.
     pub(super) fn at(&self, index: usize, dimension: usize) -> f64 {
         (self.digits(index, dimension) as f64 + 0.5) / (1_u64 << DIGITS) as f64
     }
@@ -179,8 +181,8 @@ mod tests {
         fills_intervals(&Sobol::new(40, Some(7)), 40);
     }
 
-    /// The first two dimensions are a (0,2)-sequence: every elementary rectangle of area 2^−8 has one of the
-    /// first 256 points. Scrambling keeps that, and seeds differ.
+    /// The first two dimensions are a (0,2)-sequence: every elementary rectangle of area 2^−8 has one of
+    /// the first 256 points. Scrambling keeps that, and seeds differ.
     #[test]
     fn scrambling_keeps_the_net() {
         for seed in [None, Some(1), Some(2), Some(u64::MAX)] {

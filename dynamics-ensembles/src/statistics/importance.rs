@@ -6,7 +6,7 @@
 //!
 //!   S_i V = mean f_B (f_i − f_A),   T_i V = ½ mean (f_A − f_i)².
 //!
-//! Intervals are those of a bootstrap over groups.
+//! V is the variance over all runs. Intervals are those of a bootstrap over groups.
 
 use dynamics_analysis::shared::RandomNumbers;
 
@@ -79,12 +79,13 @@ impl Importance {
         let groups: Vec<&[f64]> = all.filter(|group| group.iter().all(|x| x.is_finite())).collect();
         check_count("the importance of inputs", MIN_GROUPS * length, groups.len() * length)?;
         // The mean is taken off: the estimates do not depend on it, and their scatter does.
-        let mean = groups.iter().map(|group| group[0] + group[1]).sum::<f64>() / (2 * groups.len()) as f64;
+        let mean = groups.iter().flat_map(|group| *group).sum::<f64>() / (length * groups.len()) as f64;
         let centred: Vec<Vec<f64>> =
             groups.iter().map(|group| group.iter().map(|x| x - mean).collect()).collect();
         let every: Vec<usize> = (0..groups.len()).collect();
         let variance = Sums::of(&centred, &every).variance;
-        if !(variance > CONSTANT * mean * mean) {
+        let varies = variance > CONSTANT * mean * mean;
+        if !varies {
             return Err(EnsembleError::Constant { column: of.into() });
         }
         let found = Sums::of(&centred, &every);
@@ -121,15 +122,18 @@ impl Sums {
         let (mut sum, mut squares) = (0.0, 0.0);
         for group in drawn.iter().map(|k| &groups[*k]) {
             let (a, b) = (group[0], group[1]);
-            sum += a + b;
-            squares += a * a + b * b;
+            sum += group.iter().sum::<f64>();
+            squares += group.iter().map(|x| x * x).sum::<f64>();
             for (i, mixed) in group[2..].iter().enumerate() {
                 first[i] += b * (mixed - a);
                 total[i] += 0.5 * (a - mixed).powi(2);
             }
         }
         let n = drawn.len() as f64;
-        let variance = squares / (2.0 * n) - (sum / (2.0 * n)).powi(2);
+        // All samples have one distribution. With those of A and B alone a few large values elsewhere give parts
+        // far above 1.
+        let all = n * groups[0].len() as f64;
+        let variance = squares / all - (sum / all).powi(2);
         let part = |sums: Vec<f64>| sums.into_iter().map(|sum| sum / n / variance).collect();
         Self { variance, first: part(first), total: part(total) }
     }

@@ -27,8 +27,8 @@ impl std::fmt::Display for Mean {
         let Self { value, margin, deviation, least, greatest, runs } = self;
         write!(
             f,
-            "mean {value:.6e} ± {margin:.1e} (95 %), standard deviation {deviation:.4e}, from {least:.4e} to \
-             {greatest:.4e}, {runs} runs"
+            "mean {value:.6e} ± {margin:.1e} (95 %), standard deviation {deviation:.4e}, from {least:.4e} \
+             to {greatest:.4e}, {runs} runs"
         )
     }
 }

@@ -1,8 +1,8 @@
 //! Quantiles with bounds that hold for every distribution.
 //!
 //! Of n independent runs the number below the p-quantile has the binomial distribution of n and p. So the
-//! interval from the l-th to the u-th smallest value has the quantile with probability P(l ≤ K < u), whatever
-//! the distribution (H. A. David & H. N. Nagaraja, *Order Statistics*, 2003, section 7.1).
+//! interval from the l-th to the u-th smallest value has the quantile with probability P(l ≤ K < u),
+//! whatever the distribution (H. A. David & H. N. Nagaraja, *Order Statistics*, 2003, section 7.1).
 
 use super::binomial::Binomial;
 use super::{check_count, check_probability};
@@ -32,8 +32,8 @@ impl std::fmt::Display for Quantile {
         let (percent, covered) = (100.0 * p, 100.0 * coverage);
         write!(
             f,
-            "{percent} % of {runs} runs lie below {value:.6e}, between {low:.4e} and {high:.4e} with {covered:.1} % \
-             confidence"
+            "{percent} % of {runs} runs lie below {value:.6e}, between {low:.4e} and {high:.4e} with \
+             {covered:.1} % confidence"
         )
     }
 }

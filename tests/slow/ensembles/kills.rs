@@ -66,6 +66,9 @@ fn killed_runs_go_on_to_the_undisturbed_file() {
         let plan = |path: &Path| bytes(format!("{}.plan.txt", path.display()));
         assert_eq!(plan(&path), plan(&whole), "after {killed} kills");
     }
+    // Nothing is left over beside the files.
+    let is_left = |name: &String| name.contains(".part") || name.contains(".blocks");
+    assert!(!folder.names().iter().any(is_left), "{:?}", folder.names());
     // Kills met runs in the middle.
     assert!(kept_blocks > 0);
     println!("{killed} kills over {round} files, which had left {kept_blocks} blocks");

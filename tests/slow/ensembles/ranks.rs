@@ -1,5 +1,5 @@
-//! Ranks of MPI: as many as there may be, the bytes are those of one process; a rank that dies loses its block
-//! only. Needs `mpirun`, which `DYNAMICS_MPIRUN` names if it has another name.
+//! Ranks of MPI: as many as there may be, the bytes are those of one process; a rank that dies loses its
+//! block only. Needs `mpirun`, which `DYNAMICS_MPIRUN` names if it has another name.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -109,6 +109,13 @@ fn the_report_says_why_runs_are_made_one_by_one() {
     let computed = computed.run().unwrap();
     assert_eq!(computed.column("twice").unwrap(), [0.2, 0.4]);
     assert!(computed.report().to_string().contains("`.compute(..)`"));
+    // Errors of runs are failures by `?`.
+    let run =
+        |model: &DoublePendulum, start| Ok([model.simulate(start).until(-1.0 / model.m1).run()?.end().t()]);
+    let backwards = MODEL.ensemble(start(), Grid::new().over("m1", [1.0, f64::MIN_POSITIVE]));
+    let backwards = backwards.compute(["t"], run).run().unwrap();
+    assert_eq!(backwards.column("t").unwrap()[0], -1.0);
+    assert_eq!(backwards.failed().len(), 1);
 }
 
 /// Failures in words of one's own, and values that no run can have.

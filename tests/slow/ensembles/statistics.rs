@@ -7,7 +7,8 @@ use dynamics::ensembles::{EnsembleTable, ImportanceDesign, OpenEnsemble, Samples
 use super::double_pendulum::DoublePendulum;
 use super::{MODEL, start};
 
-/// T. Ishigami & T. Homma, 1990: sin x₁ + a sin² x₂ + b x₃⁴ sin x₁, of inputs between −π and π.
+/// T. Ishigami & T. Homma, 1990: sin x₁ + a sin² x₂ + b x₃⁴ sin x₁, of inputs between −π and
+/// π.
 fn ishigami([x1, x2, x3]: [f64; 3]) -> f64 {
     x1.sin() + A * x2.sin().powi(2) + B * x3.powi(4) * x1.sin()
 }
