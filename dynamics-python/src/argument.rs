@@ -182,7 +182,7 @@ fn of_shape(value: &Bound<'_, PyAny>, shape: &[usize]) -> PyResult<Vec<f64>> {
         let (needed, given) = (tuple(shape), tuple(array.shape()));
         return Err(PyValueError::new_err(format!("an array of the shape {needed} is needed, not {given}")));
     }
-    Ok(array.as_array().iter().copied().collect())
+    Ok(arrays::elements(&array))
 }
 
 /// A shape as Python writes it.

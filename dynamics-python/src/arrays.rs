@@ -64,6 +64,15 @@ pub(crate) fn numbers<'py>(what: &str, value: &Bound<'py, PyAny>) -> PyResult<Py
     Ok(array.cast_into::<PyArrayDyn<f64>>().map_err(PyErr::from)?.readonly())
 }
 
+/// The elements by rows, whatever the order in memory.
+pub(crate) fn elements(array: &PyReadonlyArrayDyn<'_, f64>) -> Vec<f64> {
+    let view = array.as_array();
+    match view.as_slice() {
+        Some(elements) => elements.to_vec(),
+        None => view.iter().copied().collect(),
+    }
+}
+
 /// Rows of `width` numbers each: one row of a vector, several of a matrix.
 pub(crate) struct Rows {
     pub(crate) values: Vec<f64>,
@@ -87,7 +96,7 @@ impl Rows {
                 )));
             }
         };
-        Ok(Self { values: array.as_array().iter().copied().collect(), count })
+        Ok(Self { values: elements(&array), count })
     }
 
     /// The numbers of a row; a vector is the row of all.
@@ -104,5 +113,5 @@ pub(crate) fn times(what: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> 
         let shape = array.shape();
         return Err(PyValueError::new_err(format!("{what} has the shape {shape:?}; give a list of times")));
     }
-    Ok(array.as_array().iter().copied().collect())
+    Ok(elements(&array))
 }

@@ -238,7 +238,7 @@ pub(crate) fn inputs(info: &Info, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>
                 PyTypeError::new_err(format!("inputs: `{name}` is not one; the inputs are {}", names()))
             })?;
             let given = arrays::numbers(&name, &given)?;
-            let given: Vec<f64> = given.as_array().iter().copied().collect();
+            let given: Vec<f64> = arrays::elements(&given);
             if given.len() != slot.width() {
                 return Err(PyValueError::new_err(format!(
                     "inputs: {} takes {} values",
@@ -262,7 +262,7 @@ pub(crate) fn inputs(info: &Info, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>
         return Err(PyTypeError::new_err(format!("inputs: numbers are needed for {}", names())));
     }
     let array = arrays::numbers("inputs", value)?;
-    let values: Vec<f64> = array.as_array().iter().copied().collect();
+    let values: Vec<f64> = arrays::elements(&array);
     if values.len() != count {
         let given = values.len();
         return Err(PyValueError::new_err(format!("inputs: {given} values for {count} inputs, {}", names())));
