@@ -19,6 +19,8 @@ use dynamics::ensembles::{Ensemble, Grid, OpenEnsemble};
 use dynamics::prelude::*;
 
 type Outcome = Result<(), Box<dyn std::error::Error>>;
+/// Makes all runs once.
+type Way<'a> = Box<dyn Fn() -> Outcome + 'a>;
 
 /// Starts on each axis, length of the runs in s, tolerance.
 const ACROSS: u32 = 160;
@@ -56,15 +58,20 @@ fn main() -> Outcome {
             |_, run| run.until(UNTIL).tolerance(TOLERANCE),
             |_, end| [end.theta1(), end.theta2()],
         )?;
-        Ok(assert!(ends.failures().count() == 0))
+        assert!(ends.failures().count() == 0);
+        Ok(())
     };
-    let in_memory = || -> Outcome { Ok(assert!(ensemble(start).run()?.failed().is_empty())) };
+    let in_memory = || -> Outcome {
+        assert!(ensemble(start).run()?.failed().is_empty());
+        Ok(())
+    };
     let to = |ending: &str| -> Outcome {
         let _ = std::fs::remove_dir_all(&folder);
         let ensemble = ensemble(start).to(folder.join(format!("runs.{ending}")));
         #[cfg(feature = "progress")]
         let ensemble = ensemble.progress();
-        Ok(assert!(ensemble.run()?.failed().is_empty()))
+        assert!(ensemble.run()?.failed().is_empty());
+        Ok(())
     };
     let rows_alone = |ending: Option<&str>| -> Outcome {
         let _ = std::fs::remove_dir_all(&folder);
@@ -75,9 +82,10 @@ fn main() -> Outcome {
             Some(ending) => rows.to(folder.join(format!("runs.{ending}"))),
             None => rows,
         };
-        Ok(assert!(rows.run()?.failed().is_empty()))
+        assert!(rows.run()?.failed().is_empty());
+        Ok(())
     };
-    let mut ways: Vec<(&str, Box<dyn Fn() -> Outcome>)> = vec![
+    let mut ways: Vec<(&str, Way<'_>)> = vec![
         ("sweep", Box::new(sweep)),
         ("ensemble in memory", Box::new(in_memory)),
         ("ensemble to .npy", Box::new(|| to("npy"))),
