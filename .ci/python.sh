@@ -3,7 +3,7 @@
 # the tests there. Needs Python 3.9 or newer with `venv`, and packages from where pip finds them.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-export CARGO_TERM_COLOR=never CARGO_INCREMENTAL=0
+export CARGO_TERM_COLOR=never CARGO_INCREMENTAL=0 CARGO_PROFILE_DEV_DEBUG=0
 target="$(realpath -m "${CARGO_TARGET_DIR:-target}")"
 package=dynamics-python/Cargo.toml example=dynamics-python/example
 python="${DYNAMICS_PYTHON:-python3}"
