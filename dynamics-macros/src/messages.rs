@@ -68,7 +68,7 @@ catalogue! {
     nominal_shape(name, form) "the nominal value of `{name}` has another shape than the field; write {form}";
     model_argument() "`model` takes `crate`, `sin_cos` and `targets`, each once; write `#[model(crate = \
         path::to::dynamics)]`, `#[model(sin_cos = accurate)]` or `#[model(targets(c))]`";
-    unknown_target(name, known) "`{name}` is no target; there is {known}";
+    unknown_target(name, known) "`{name}` is no target; the targets are {known}";
     target_of_families() "a model with families has loops, which are not printed in C; leave the target out";
     keyword_as_name(name, what) "`{name}` is a keyword of Rust; choose another name for the {what}";
     reserved_name(name, what) "`{name}` cannot be {what}: the state has something of that name already; \

@@ -346,7 +346,7 @@ fn model(tokens: TokenStream, all: &mut Attributes, d: &mut Diagnostics) {
 }
 
 /// All targets, as messages list them.
-const TARGETS: &str = "`c`, `wgsl`";
+const TARGETS: &str = "`c` and `wgsl`";
 
 /// Finds the field that an attribute's entry names.
 fn field<'a>(
