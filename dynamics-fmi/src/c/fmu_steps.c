@@ -238,12 +238,25 @@ int $_fmu_project($_fmu_values *x, double *moved)
 #endif
 
 #if (NV + NK) > 0
-/* Whether an indicator that matters has changed its sign: events if steps stop there, kinks always. */
-static int crosses(const double *before, const double *after, int stops)
+/* Whether a declared event has crossed 0. One that begins at 0 has not: its sign is the first that it has. */
+static int has_event(const double *before, const double *after)
 {
   int i;
   int found = 0;
-  for (i = (stops != 0) ? 0 : NV; i < NV + NK; i++) {
+  for (i = 0; i < NV; i++) {
+    if (((before[i] > 0.0) && (after[i] <= 0.0)) || ((before[i] < 0.0) && (after[i] >= 0.0))) {
+      found = 1;
+    }
+  }
+  return found;
+}
+
+/* Whether a step has to end earlier: at kinks always, at events where `stops` says so. */
+static int crosses(const double *before, const double *after, int stops)
+{
+  int i;
+  int found = (stops != 0) ? has_event(before, after) : 0;
+  for (i = NV; i < NV + NK; i++) {
     found = ((before[i] > 0.0) != (after[i] > 0.0)) ? 1 : found;
   }
   return found;
@@ -256,7 +269,8 @@ static int crosses(const double *before, const double *after, int stops)
 #define MOST_CROSSINGS 50
 #define NOWHERE 1e-4
 
-/* Shortens a step so that it ends just behind the first crossing in it. */
+/* Shortens a step so that it ends just behind the first crossing in it. All ends are on the constraints: a
+ * projection behind the search could move the end to before the crossing, which would then be found twice. */
 static int locate(const $_fmu_values *from, int stops, double *h, $_fmu_values *to, int *stopped)
 {
   double before[NV + NK];
@@ -264,6 +278,7 @@ static int locate(const $_fmu_values *from, int stops, double *h, $_fmu_values *
   double low = 0.0;
   double high = *h;
   double error;
+  double moved = 0.0;
   const double width = fmax(LOCATED*from->tolerance*high, 4.0*DBL_EPSILON*fabs(from->t));
   $_fmu_values start = *from;
   $_fmu_values trial;
@@ -276,6 +291,9 @@ static int locate(const $_fmu_values *from, int stops, double *h, $_fmu_values *
     for (count = 0; (count < MOST_BISECTIONS) && (high - low > width) && (status == %%_OK); count++) {
       const double middle = 0.5*(low + high);
       status = attempt(from, middle, from->t + middle, &trial, &error);
+      if (status == %%_OK) {
+        status = $_fmu_project(&trial, &moved);
+      }
       if (status == %%_OK) {
         status = $_fmu_indicators(&trial, after);
       }
@@ -290,8 +308,8 @@ static int locate(const $_fmu_values *from, int stops, double *h, $_fmu_values *
     if (status == %%_OK) {
       status = $_fmu_indicators(to, after);
     }
-    for (count = 0; (count < NV) && (stops != 0); count++) {
-      *stopped = ((before[count] > 0.0) != (after[count] > 0.0)) ? 1 : *stopped;
+    if ((status == %%_OK) && (stops != 0)) {
+      *stopped = has_event(before, after);
     }
   }
   return status;
@@ -322,7 +340,10 @@ int $_fmu_advance($_fmu_values *x, double end, int stops, int *stopped)
     /* A last step is stretched rather than followed by a tiny one. */
     const int is_last = (x->h*1.01 >= rest) ? 1 : 0;
     double h = (is_last != 0) ? rest : x->h;
-    const int failed = attempt(x, h, (is_last != 0) ? end : (x->t + h), &to, &error);
+    int failed = attempt(x, h, (is_last != 0) ? end : (x->t + h), &to, &error);
+    if ((failed == %%_OK) && (error <= 1.0)) {
+      failed = $_fmu_project(&to, &moved);
+    }
     if ((failed != %%_OK) || !(error <= 1.0)) {
       const double factor = (failed != %%_OK) ? 0.25 : (SAFETY*pow(error, -ALPHA));
       x->h = h*fmin(1.0, fmax(SHRINK, factor));
@@ -351,11 +372,6 @@ int $_fmu_advance($_fmu_values *x, double end, int stops, int *stopped)
         to.h = (h < whole) ? fmin(next, whole) : next;
         to.previous_error = fmax(error, LEAST_ERROR);
         *x = to;
-#if NR > 0
-        status = $_fmu_project(x, &moved);
-#endif
-      }
-      if (status == %%_OK) {
         status = $_fmu_solve(x);
       }
     }
