@@ -86,6 +86,17 @@ static double squares(const $_fmu_values *from, const $_fmu_values *to, const do
   return all;
 }
 
+/* Whether a state has numbers alone. */
+static int is_finite(const $_fmu_values *x)
+{
+  int i;
+  int all = 1;
+  for (i = 0; i < N; i++) {
+    all = (isfinite(x->q[i]) && isfinite(x->u[i])) ? all : 0;
+  }
+  return all;
+}
+
 /* A step of size h from a solved state; its error, 1 where it is just permitted. */
 static int attempt(const $_fmu_values *from, double h, double end, $_fmu_values *to, double *error)
 {
@@ -142,7 +153,7 @@ static int attempt(const $_fmu_values *from, double h, double end, $_fmu_values 
     five = squares(from, to, of_q, of_u);
     *error = h*sqrt(five/(2.0*(double)N));
 #endif
-    status = isfinite(*error) ? $_fmu_solve(to) : NOT_FINITE;
+    status = (isfinite(*error) && (is_finite(to) != 0)) ? $_fmu_solve(to) : NOT_FINITE;
   }
   return status;
 }
@@ -163,69 +174,87 @@ static double first_step(const $_fmu_values *x)
 }
 
 #if (NR > 0)
-/* The largest change, as a part of what is changed, or of its nominal value. */
+/* The largest change, as a part of what is changed, or of its nominal value; not finite where one is not. */
 static double largest(const double *change, const double *values, const double *nominals)
 {
   double most = 0.0;
   int i;
-  for (i = 0; i < N; i++) {
+  for (i = 0; (i < N) && isfinite(most); i++) {
     const double part = fabs(change[i])/fmax(nominals[i], fabs(values[i]));
     most = !(part <= most) ? part : most;
   }
   return most;
 }
 
-/* Corrections below this are rounding. */
+/* Corrections below this are rounding. They are left out, so that a second projection moves nothing. */
 #define ROUNDING 1e-13
 /* Corrections that stay above this do not converge. */
 #define LEFT 1e-9
 #define PASSES 12
 
+/* Subtracts a correction that is more than rounding. */
+static void correct(double *values, const double *change, double size)
+{
+  int i;
+  for (i = 0; (i < N) && (size > ROUNDING); i++) {
+    values[i] -= change[i];
+  }
+}
+
 int $_fmu_project($_fmu_values *x, double *moved)
 {
   double r[NR] = { 0.0 };
   double change[N];
-  double old_q[N];
-  double old_u[N];
+  double q[N];
+  double u[N];
   double size = 0.0;
   int status = %%_OK;
   int pass;
   int i;
-  (void)memcpy(old_q, x->q, sizeof old_q);
-  (void)memcpy(old_u, x->u, sizeof old_u);
+  (void)memcpy(q, x->q, sizeof q);
+  (void)memcpy(u, x->u, sizeof u);
   if (x->has_constants == 0) {
     $_constants(x->p, x->k);
     x->has_constants = 1;
   }
 #if %%_HOLONOMIC > 0
   size = 1.0;
-  for (pass = 0; (pass < PASSES) && (status == %%_OK) && !(size <= ROUNDING); pass++) {
-    $_residual(x->p, x->t, x->q, x->u<<MORE>>, r);
-    status = $_correction(x->p, x->k, x->t, x->q, x->u<<MORE>>, r, change);
-    size = largest(change, x->q, $_fmu_nominals);
-    for (i = 0; (i < N) && (status == %%_OK); i++) {
-      x->q[i] -= change[i];
+  for (pass = 0; (pass < PASSES) && (status == %%_OK) && (size > ROUNDING) && isfinite(size); pass++) {
+    $_residual(x->p, x->t, q, u<<MORE>>, r);
+    status = $_correction(x->p, x->k, x->t, q, u<<MORE>>, r, change);
+    size = largest(change, q, $_fmu_nominals);
+    if (status == %%_OK) {
+      correct(q, change, size);
     }
   }
   status = ((status == %%_OK) && !(size <= LEFT)) ? OFF : status;
 #endif
   /* These are linear: what the second pass changes is rounding. */
   for (pass = 0; (pass < 2) && (status == %%_OK); pass++) {
-    $_velocity_residual(x->p, x->t, x->q, x->u<<MORE>>, r);
-    status = $_correction(x->p, x->k, x->t, x->q, x->u<<MORE>>, r, change);
-    size = largest(change, x->u, $_fmu_nominals + N);
-    for (i = 0; (i < N) && (status == %%_OK); i++) {
-      x->u[i] -= change[i];
+    $_velocity_residual(x->p, x->t, q, u<<MORE>>, r);
+    status = $_correction(x->p, x->k, x->t, q, u<<MORE>>, r, change);
+    size = largest(change, u, $_fmu_nominals + N);
+    if (status == %%_OK) {
+      correct(u, change, size);
     }
   }
   status = ((status == %%_OK) && !(size <= LEFT)) ? OFF : status;
-  for (i = 0; i < N; i++) {
-    old_q[i] -= x->q[i];
-    old_u[i] -= x->u[i];
+  *moved = 0.0;
+  if (status == %%_OK) {
+    double of_q[N];
+    double of_u[N];
+    for (i = 0; i < N; i++) {
+      of_q[i] = x->q[i] - q[i];
+      of_u[i] = x->u[i] - u[i];
+    }
+    *moved = fmax(largest(of_q, q, $_fmu_nominals), largest(of_u, u, $_fmu_nominals + N));
+    x->inconsistent = 0;
   }
-  *moved = fmax(largest(old_q, x->q, $_fmu_nominals), largest(old_u, x->u, $_fmu_nominals + N));
-  x->inconsistent = (status == %%_OK) ? 0 : x->inconsistent;
-  $_fmu_changed(x);
+  if (*moved > 0.0) {
+    (void)memcpy(x->q, q, sizeof q);
+    (void)memcpy(x->u, u, sizeof u);
+    $_fmu_changed(x);
+  }
   return status;
 }
 #else

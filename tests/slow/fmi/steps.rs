@@ -66,6 +66,26 @@ impl Falling {
     }
 }
 
+/// A bead on a rail whose distance is the root of a parameter, and another bead that is free.
+#[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
+#[coordinates(x, y)]
+struct Rail {
+    square: f64,
+}
+
+#[dynamics]
+impl Rail {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * vec2(q.x, q.y).dt().norm_squared()
+    }
+    #[holonomic]
+    fn rail(&self, q: &Coordinates<Self>) -> Expr {
+        q.x - self.square.sqrt()
+    }
+}
+
 /// What the program `steps.c` does with a unit.
 struct Steps {
     /// Its exit status.
@@ -147,6 +167,21 @@ fn events_begin_at_zero_and_end_at_communication_points() {
             assert_eq!(found.events.len(), 1, "{step}: {:?}", found.events);
             assert!((found.events[0] - 0.5).abs() < 1e-8, "{step}: {:?}", found.events);
         }
+    }
+}
+
+/// Constraints that are not numbers are an error, also where other coordinates are.
+#[test]
+fn projections_to_nowhere_are_refused() {
+    let model = Rail { square: 4.0 };
+    let start = model.state().x(2.0).y_rate(1.0).build().unwrap();
+    for compiler in compilers() {
+        let macros = |square| ["-DRUN_END=1.0", "-DRUN_STEP=0.25", "-DCHANGE_AT=0.5", square];
+        let found = steps(&compiler, &model.fmu(start), &macros("-DCHANGE_TO=9.0"));
+        assert_eq!((found.status, found.reached), (Some(0), 1.0), "{}", found.said);
+        let found = steps(&compiler, &model.fmu(start), &macros("-DCHANGE_TO=(-1.0)"));
+        assert_eq!((found.status, found.reached), (Some(1), 0.5), "{}", found.said);
+        assert!(found.said.contains("no projection leads"), "{}", found.said);
     }
 }
 
