@@ -189,7 +189,7 @@ int $_fmu_directional($_fmu_values *x, const $_fmu_direction *d, double *out)
   const int status = $_fmu_solve(x);
   if (status == %%_OK) {
     $_directional(x->p, x->t, x->q, x->u<<MORE>><<SOLUTION>>, d->dt, d->dq, d->du<<DW>>, d->dp, out);
-  }
+<<SLOPES>>  }
   return status;
 #else
   (void)x;
