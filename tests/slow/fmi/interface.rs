@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::compiler::{STRICT, compilers};
-use crate::units::{MOST_TOLERANCES, TOLERANCE, Unit, folder, units};
+use crate::units::{MOST_TOLERANCES, TOLERANCE, Unit, folder, largest, units};
 
 /// What finds accesses out of bounds, leaks and undefined behaviour, where the compiler has it.
 const SANITIZED: &[&str] = &["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
@@ -61,17 +61,19 @@ fn all_functions_do_what_the_standard_says() {
         for unit in units() {
             let (numbers, events) = drive(unit, &compiler, flags);
             let (derivatives, end) = numbers.split_at(unit.states);
+            assert_eq!(derivatives.len(), unit.derivatives.len(), "{}", unit.name);
+            assert_eq!(end.len(), unit.states, "{}", unit.name);
             let near = |a: &f64, b: &f64| (a - b).abs() <= 1e-12 * (1.0 + b.abs());
             let same = derivatives.iter().zip(&unit.derivatives).all(|(a, b)| near(a, b));
             assert!(same, "{}: {derivatives:?} {:?}", unit.name, unit.derivatives);
             let rust = &unit.runs[0];
             let last = &rust.values[rust.values.len() - 1][..unit.states];
             let apart = |(a, b): (&f64, &f64)| (a - b).abs() / (unit.size + b.abs());
-            let off = end.iter().zip(last).map(apart).fold(0.0, f64::max) / TOLERANCE;
+            let off = largest(end.iter().zip(last).map(apart)) / TOLERANCE;
             eprintln!("{}: {off:.2} tolerances from Rust, {} events", unit.name, events.len());
             assert!(off <= MOST_TOLERANCES, "{}: {end:?} {last:?}", unit.name);
             assert_eq!(events.len(), rust.events.len(), "{}: {events:?} {:?}", unit.name, rust.events);
-            let off = events.iter().zip(&rust.events).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            let off = largest(events.iter().zip(&rust.events).map(|(a, b)| (a - b).abs()));
             assert!(off <= MOST_TOLERANCES * TOLERANCE, "{}: {events:?} {:?}", unit.name, rust.events);
         }
     }
