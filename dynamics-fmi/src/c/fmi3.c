@@ -104,7 +104,7 @@ static fmi3Instance instantiate(fmi3String name, fmi3String token, fmi3InstanceE
   if (x != NULL) {
     x->environment = environment;
     x->log = log;
-    x->is_model_exchange = is_model_exchange;
+    x->now.is_model_exchange = is_model_exchange;
     $_fmu_reset(&x->now);
     if ((name == NULL) || (name[0] == '\0')) {
       (void)$_fmu_refused(x, "fmi3Instantiate", "the instance needs a name");
@@ -228,7 +228,7 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance instance)
         status = fmi3Warning;
       }
       x->now = next;
-      x->now.mode = ((x->is_model_exchange != 0) || (x->uses_event_mode != 0)) ? EVENT : STEP;
+      x->now.mode = ((x->now.is_model_exchange != 0) || (x->uses_event_mode != 0)) ? EVENT : STEP;
     } else {
       status = fmi3Error;
     }
@@ -240,7 +240,7 @@ fmi3Status fmi3EnterEventMode(fmi3Instance instance)
 {
   $_fmu *x = $_fmu_open(instance, CONTINUOUS | STEP, "fmi3EnterEventMode");
   fmi3Status status = (x != NULL) ? fmi3OK : fmi3Error;
-  if ((x != NULL) && (x->is_model_exchange == 0) && (x->uses_event_mode == 0)) {
+  if ((x != NULL) && (x->now.is_model_exchange == 0) && (x->uses_event_mode == 0)) {
     status = $_fmu_refused(x, "fmi3EnterEventMode", "the instance was made without Event Mode");
   } else if (x != NULL) {
     x->now.mode = EVENT;

@@ -48,7 +48,7 @@ fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance instance)
 static $_fmu *exchanged(fmi3Instance instance, int modes, const char *function)
 {
   $_fmu *x = $_fmu_open(instance, modes, function);
-  if ((x != NULL) && (x->is_model_exchange == 0)) {
+  if ((x != NULL) && (x->now.is_model_exchange == 0)) {
     (void)$_fmu_refused(x, function, "the instance is one of Co-Simulation");
     x = NULL;
   }
@@ -209,7 +209,7 @@ fmi3Status fmi3EnterStepMode(fmi3Instance instance)
   static const char function[] = "fmi3EnterStepMode";
   $_fmu *x = $_fmu_open(instance, EVENT, function);
   fmi3Status status = (x != NULL) ? fmi3OK : fmi3Error;
-  if ((x != NULL) && (x->is_model_exchange != 0)) {
+  if ((x != NULL) && (x->now.is_model_exchange != 0)) {
     status = $_fmu_refused(x, function, "the instance is one of Model Exchange");
   } else if (x != NULL) {
     x->now.mode = STEP;

@@ -30,6 +30,8 @@
 #define SOME(count) (((count) > 0) ? (count) : 1)
 
 #define TOKEN "<<TOKEN>>"
+/* The same as a number: what serialized states begin with. */
+#define IDENTITY <<IDENTITY>>
 #define TOLERANCE <<TOLERANCE>>
 #define START_TIME <<TIME>>
 
@@ -69,6 +71,7 @@ enum { NOT_FINITE = 16, OFF = 17, TOO_SHORT = 18, CHATTERS = 19 };
 
 /* Everything that changes: what a saved state holds. */
 typedef struct {
+  int is_model_exchange;
   int mode;
   int known;
   int has_constants;
@@ -97,7 +100,6 @@ typedef struct {
 /* An instance. */
 typedef struct {
   $_fmu_values now;
-  int is_model_exchange;
   int uses_event_mode;
   int returns_early;
   fmi3InstanceEnvironment environment;

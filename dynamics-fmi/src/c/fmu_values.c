@@ -35,7 +35,9 @@ static const double start_w[NW] = {
 <<MODES>>
 void $_fmu_reset($_fmu_values *x)
 {
+  const int is_model_exchange = x->is_model_exchange;
   (void)memset(x, 0, sizeof *x);
+  x->is_model_exchange = is_model_exchange;
   x->mode = INSTANTIATED;
   x->t = START_TIME;
   x->tolerance = TOLERANCE;
