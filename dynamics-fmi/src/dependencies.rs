@@ -166,15 +166,18 @@ mod tests {
 
     #[test]
     fn what_is_no_list_of_assignments_depends_on_all() {
-        for text in ["if (q[0] > 0.0) { out[0] = 1.0; }", "out[0] = v1;", "out[0] = q[i];", "x_part(p, q, out);"] {
+        for text in
+            ["if (q[0] > 0.0) { out[0] = 1.0; }", "out[0] = v1;", "out[0] = q[i];", "x_part(p, q, out);"]
+        {
             assert_eq!(of(text), None, "{text}");
         }
     }
 
     #[test]
     fn functions_are_found_by_their_names() {
-        let text = "void x_outputs_2(int a)\n{\n  b;\n}\n\nint x_outputs(const real *p,\n  real t)\n{\n  c;\n  d;\n}\n";
-        assert_eq!(body(text, "x_outputs"), Some("  c;\n  d;"));
-        assert_eq!(body(text, "x_events"), None);
+        let other = "void x_outputs_2(int a)\n{\n  b;\n}\n\n";
+        let text = format!("{other}int x_outputs(const real *p,\n  real t)\n{{\n  c;\n  d;\n}}\n");
+        assert_eq!(body(&text, "x_outputs"), Some("  c;\n  d;"));
+        assert_eq!(body(&text, "x_events"), None);
     }
 }

@@ -18,7 +18,8 @@ const HEADERS: [(&str, &str); 3] = [
 ];
 
 /// Templates: `$` stands for the model's prefix, `%%` for it in capitals, `<<..>>` for texts of the model. Their
-/// names get the prefix, too, so that units can be linked together.
+/// names get the prefix, too. The functions of the standard have none: to link several units into one program
+/// compile each with its own `FMI3_FUNCTION_PREFIX`.
 const TEMPLATES: [(&str, &str); 7] = [
     ("fmu.h", include_str!("c/fmu.h")),
     ("fmu_values.c", include_str!("c/fmu_values.c")),

@@ -3,12 +3,6 @@
  * through the log. */
 #include "$_fmu.h"
 
-#include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 void $_fmu_report(const $_fmu *x, fmi3Status status, const char *format, ...)
 {
   char message[512];
@@ -74,6 +68,22 @@ fmi3Status $_fmu_computed(const $_fmu *x, int status, const char *function)
     $_fmu_report(x, fmi3Discard, "%s: at t = %.17g %s", function, x->now.t, $_fmu_words(status));
   }
   return (status == %%_OK) ? fmi3OK : fmi3Discard;
+}
+
+fmi3Status $_fmu_settle($_fmu *x, double *moved, const char *function)
+{
+  $_fmu_values next = x->now;
+  fmi3Status status = $_fmu_computed(x, $_fmu_project(&next, moved), function);
+  if (status == fmi3OK) {
+    if ((x->now.inconsistent != 0) && (*moved > next.tolerance)) {
+      $_fmu_report(x, fmi3Warning,
+        "%s: the state was off the constraints; it was moved by up to %.3g to the nearest state on them",
+        function, *moved);
+      status = fmi3Warning;
+    }
+    x->now = next;
+  }
+  return status;
 }
 
 const char *fmi3GetVersion(void)
@@ -213,23 +223,17 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance instance)
   $_fmu *x = $_fmu_open(instance, INITIALIZATION, function);
   fmi3Status status = fmi3Error;
   if (x != NULL) {
-    $_fmu_values next = x->now;
+    const $_fmu_values before = x->now;
     double moved = 0.0;
-    int solved = $_fmu_project(&next, &moved);
-    if (solved == %%_OK) {
-      solved = $_fmu_solve(&next);
+    fmi3Status solved = fmi3OK;
+    status = $_fmu_settle(x, &moved, function);
+    if ((status == fmi3OK) || (status == fmi3Warning)) {
+      solved = $_fmu_computed(x, $_fmu_solve(&x->now), function);
     }
-    status = $_fmu_computed(x, solved, function);
-    if (status == fmi3OK) {
-      if (moved > next.tolerance) {
-        $_fmu_report(x, fmi3Warning,
-          "%s: the start is off the constraints; it was moved by up to %.3g to the nearest state on them",
-          function, moved);
-        status = fmi3Warning;
-      }
-      x->now = next;
+    if ((solved == fmi3OK) && (status != fmi3Discard)) {
       x->now.mode = ((x->now.is_model_exchange != 0) || (x->uses_event_mode != 0)) ? EVENT : STEP;
     } else {
+      x->now = before;
       status = fmi3Error;
     }
   }

@@ -2,9 +2,6 @@
 /* Functions of FMI 3.0: saved states, and derivatives along a direction. */
 #include "$_fmu.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 /* What a serialized state begins with: states of other units, or of other builds, are refused. */
 typedef struct {
   unsigned long long identity;
@@ -50,7 +47,7 @@ fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState FMUState)
     if (saved->is_model_exchange != x->now.is_model_exchange) {
       status = $_fmu_refused(x, function, "the state is one of the other interface");
     } else if ((x->now.is_model_exchange == 0) && (x->uses_event_mode == 0) && (saved->mode == EVENT)) {
-      status = $_fmu_refused(x, function, "the state is one in Event Mode, which this instance is made without");
+      status = $_fmu_refused(x, function, "the state is one in Event Mode, which the instance lacks");
     } else {
       (void)memcpy(&x->now, saved, sizeof x->now);
       status = fmi3OK;

@@ -3,10 +3,6 @@
  * steps, which end at events that are asked for and where accelerations are not smooth. */
 #include "$_fmu.h"
 
-#include <float.h>
-#include <math.h>
-#include <string.h>
-
 /* Stages of a step, the first of which is known, and the derivative at its end. */
 #define STAGES <<STAGES>>
 
@@ -354,12 +350,7 @@ int $_fmu_advance($_fmu_values *x, double end, int stops, int *stopped)
   int crossings = 0;
   int status = %%_OK;
   *stopped = 0;
-  if (x->inconsistent != 0) {
-    status = $_fmu_project(x, &moved);
-  }
-  if (status == %%_OK) {
-    status = $_fmu_solve(x);
-  }
+  status = $_fmu_solve(x);
   if ((status == %%_OK) && !(x->h > 0.0)) {
     x->h = first_step(x);
     x->previous_error = LEAST_ERROR;
@@ -377,7 +368,7 @@ int $_fmu_advance($_fmu_values *x, double end, int stops, int *stopped)
       const double factor = (failed != %%_OK) ? 0.25 : (SAFETY*pow(error, -ALPHA));
       x->h = h*fmin(1.0, fmax(SHRINK, factor));
       rejected = 1;
-      if (x->h <= 16.0*DBL_EPSILON*fmax(fabs(x->t), fabs(end))) {
+      if (x->h <= 16.0*DBL_EPSILON*fabs(x->t)) {
         status = (failed != %%_OK) ? failed : TOO_SHORT;
       }
     } else {

@@ -2,9 +2,6 @@
 /* Values of the variables of an instance. */
 #include "$_fmu.h"
 
-#include <math.h>
-#include <string.h>
-
 /* The check that value references are those of modelDescription.xml. */
 typedef char references_agree[(VR_END == <<REFERENCES>>) ? 1 : -1];
 

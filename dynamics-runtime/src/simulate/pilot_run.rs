@@ -171,11 +171,7 @@ impl<M: Constraints> PilotRun<M> {
     }
 
     /// The absolute tolerances of all coordinates, then of all velocities: each by the size of its own unit.
-    pub(crate) fn tolerances_by_unit(
-        &self,
-        rhs: &mut RightHandSide<'_, '_, M>,
-        tolerance: f64,
-    ) -> Vec<f64> {
+    pub(crate) fn tolerances_by_unit(&self, rhs: &mut RightHandSide<'_, '_, M>, tolerance: f64) -> Vec<f64> {
         let floor = self.last.as_ref().map_or(tolerance, |last| smallest_tolerance(rhs, last));
         let of_unit = |sizes: &[f64], i: usize| match largest_of_unit(sizes, M::COORDINATES, i) {
             size if size > ZERO_BY_ROUNDING => scaled_tolerance(tolerance, size, || floor),

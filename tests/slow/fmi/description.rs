@@ -8,6 +8,40 @@ use roxmltree::{Document, Node};
 use crate::models::Masses;
 use crate::units::{Unit, units};
 
+/// A body whose outputs reach an input in several ways.
+#[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
+#[coordinates(x)]
+#[inputs(push)]
+struct Driven {
+    mass: f64,
+}
+
+#[dynamics]
+impl Driven {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * q.x.dt().powi(2)
+    }
+    #[force]
+    fn drive(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, q.push)
+    }
+    #[output]
+    fn felt(&self, q: &Coordinates<Self>) -> Expr {
+        let along = q.x.sin() * q.push;
+        along + q.t
+    }
+    #[output]
+    fn constant(&self, _: &Coordinates<Self>) -> Expr {
+        2.0 * self.mass
+    }
+    #[output]
+    fn acceleration(&self, q: &Coordinates<Self>) -> Expr {
+        q.x.dt().dt()
+    }
+}
+
 fn children<'a>(node: Node<'a, 'a>, tag: &'static str) -> impl Iterator<Item = Node<'a, 'a>> {
     node.children().filter(move |child| child.has_tag_name(tag))
 }
@@ -146,8 +180,8 @@ fn variables_have_names_units_and_descriptions() {
 }
 
 /// What the unknown of a name depends on, in a list of the model's structure; `None`: on everything.
-fn dependencies(unit: &Unit, tag: &'static str, name: &str) -> Option<Vec<String>> {
-    let document = Document::parse(unit.text("modelDescription.xml")).unwrap();
+fn dependencies(text: &str, tag: &'static str, name: &str) -> Option<Vec<String>> {
+    let document = Document::parse(text).unwrap();
     let root = document.root_element();
     let variables = one(root, "ModelVariables").children().filter(Node::is_element);
     let names: Vec<&str> = variables.map(|node| node.attribute("name").unwrap()).collect();
@@ -162,13 +196,20 @@ fn dependencies(unit: &Unit, tag: &'static str, name: &str) -> Option<Vec<String
 fn outputs_depend_on_what_they_are_computed_from() {
     let all = units();
     let of = |unit: &str, tag, name: &str| {
-        dependencies(all.iter().find(|other| other.name == unit).unwrap(), tag, name)
+        let unit = all.iter().find(|other| other.name == unit).unwrap();
+        dependencies(unit.text("modelDescription.xml"), tag, name)
     };
     let listed = |names: &[&str]| Some(names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
     assert_eq!(of("cart_pole", "Output", "tip.x"), listed(&["x", "theta"]));
     assert_eq!(of("cart_pole", "Output", "tip.y"), listed(&["theta"]));
     assert_eq!(of("cart_pole", "Output", "energy"), listed(&["theta", "x_rate", "theta_rate"]));
-    assert_eq!(of("cart_pole", "Output", "lift"), listed(&["push"]));
+    let driven = Driven { mass: 2.0 };
+    let files = driven.fmu(driven.state().push(1.0).build().unwrap()).files().unwrap();
+    let text = std::str::from_utf8(&files[0].bytes).unwrap();
+    assert_eq!(dependencies(text, "Output", "felt"), listed(&["time", "x", "push"]));
+    assert_eq!(dependencies(text, "Output", "constant"), listed(&[]));
+    // By the equations of motion.
+    assert_eq!(dependencies(text, "Output", "acceleration"), listed(&["push"]));
     assert_eq!(of("cart_pole", "InitialUnknown", "tip.y"), listed(&["theta", "l"]));
     assert_eq!(of("cart_pole", "ContinuousStateDerivative", "der(x)"), listed(&["x_rate"]));
     assert_eq!(of("cart_pole", "ContinuousStateDerivative", "der(x_rate)"), None);

@@ -76,11 +76,6 @@ impl CartPole {
     fn tip(&self, q: &Coordinates<Self>) -> Vec2 {
         self.bob(q)
     }
-    /// Reaches an input.
-    #[output]
-    fn lift(&self, q: &Coordinates<Self>) -> Expr {
-        2.0 * q.push
-    }
 }
 
 /// A slider-crank of uniform rods, one loop closed by a vector, with a light brake.

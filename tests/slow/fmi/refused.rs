@@ -158,20 +158,52 @@ fn a_library_is_added_where_there_is_a_compiler() {
     assert!(library.bytes.len() > 10_000);
 }
 
-/// The error where `CC` names no compiler, from a process of its own, because the variable belongs to all of
-/// one.
+/// Runs one of these tests again in a process of its own with another `CC`, because the variable belongs to
+/// all of one. Whether this is that process.
+fn is_inner(test: &str, cc: &str) -> bool {
+    const INNER: &str = "DYNAMICS_FMI_INNER";
+    if std::env::var_os(INNER).is_some() {
+        return true;
+    }
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    command.args(["--exact", &format!("refused::{test}")]);
+    let status = command.env(INNER, "1").env("CC", cc).output().unwrap();
+    assert!(status.status.success(), "{}", String::from_utf8_lossy(&status.stdout));
+    false
+}
+
 #[test]
 fn a_compiler_that_is_not_there_is_named() {
-    const INNER: &str = "DYNAMICS_FMI_INNER";
-    if std::env::var_os(INNER).is_none() {
-        let mut command = Command::new(std::env::current_exe().unwrap());
-        command.args(["--exact", "refused::a_compiler_that_is_not_there_is_named"]);
-        let status = command.env(INNER, "1").env("CC", "no-such-compiler").output().unwrap();
-        assert!(status.status.success(), "{}", String::from_utf8_lossy(&status.stdout));
+    if !is_inner("a_compiler_that_is_not_there_is_named", "no-such-compiler") {
         return;
     }
     let cart = cart();
     let error = refused(cart.fmu(cart.state().push(0.0).build().unwrap()).with_binary());
     assert!(matches!(error, FmuError::NoCompiler { .. }), "{error}");
     assert!(error.to_string().contains("no-such-compiler") && error.to_string().contains("CC"), "{error}");
+}
+
+/// The sources that a compiler refuses stay where the error says.
+#[test]
+fn sources_that_do_not_compile_are_kept() {
+    if compilers().is_empty() || !is_inner("sources_that_do_not_compile_are_kept", "cc -no-such-option") {
+        return;
+    }
+    let cart = cart();
+    let error = refused(cart.fmu(cart.state().push(0.0).build().unwrap()).with_binary());
+    let FmuError::Compiler { folder, said, .. } = error else { panic!("{error}") };
+    assert!(said.contains("no-such-option"), "{said}");
+    assert!(folder.join("cart_pole_fmu.h").is_file(), "{}", folder.display());
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// `CC` may have arguments, as in `ccache gcc`.
+#[test]
+fn compilers_may_have_arguments() {
+    if compilers().is_empty() || !is_inner("compilers_may_have_arguments", "cc -O1") {
+        return;
+    }
+    let cart = cart();
+    let files = cart.fmu(cart.state().push(0.0).build().unwrap()).with_binary().files().unwrap();
+    assert!(files.last().unwrap().name.starts_with("binaries/"));
 }

@@ -170,18 +170,25 @@ fn events_begin_at_zero_and_end_at_communication_points() {
     }
 }
 
-/// Constraints that are not numbers are an error, also where other coordinates are.
+/// After a change of a parameter the unit says by how much it moves to the constraints. Constraints that are
+/// not numbers are an error, also where other coordinates are.
 #[test]
-fn projections_to_nowhere_are_refused() {
+fn changed_parameters_move_the_state_to_the_constraints() {
     let model = Rail { square: 4.0 };
     let start = model.state().x(2.0).y_rate(1.0).build().unwrap();
     for compiler in compilers() {
-        let macros = |square| ["-DRUN_END=1.0", "-DRUN_STEP=0.25", "-DCHANGE_AT=0.5", square];
-        let found = steps(&compiler, &model.fmu(start), &macros("-DCHANGE_TO=9.0"));
-        assert_eq!((found.status, found.reached), (Some(0), 1.0), "{}", found.said);
-        let found = steps(&compiler, &model.fmu(start), &macros("-DCHANGE_TO=(-1.0)"));
-        assert_eq!((found.status, found.reached), (Some(1), 0.5), "{}", found.said);
-        assert!(found.said.contains("no projection leads"), "{}", found.said);
+        for mode in ["-DIN_EVENT_MODE=0", "-DIN_EVENT_MODE=1"] {
+            let macros = |square| ["-DRUN_END=1.0", "-DRUN_STEP=0.25", "-DCHANGE_AT=0.5", mode, square];
+            let found = steps(&compiler, &model.fmu(start), &macros("-DCHANGE_TO=9.0"));
+            assert_eq!((found.status, found.reached), (Some(0), 1.0), "{}", found.said);
+            // From 2 to 3, in parts of 3.
+            assert!(found.said.contains("moved by up to 0.333"), "{mode}: {}", found.said);
+            let found = steps(&compiler, &model.fmu(start), &macros("-DCHANGE_TO=4.0"));
+            assert_eq!((found.status, found.said.as_str()), (Some(0), ""));
+            let found = steps(&compiler, &model.fmu(start), &macros("-DCHANGE_TO=(-1.0)"));
+            assert_eq!((found.status, found.reached), (Some(1), 0.5), "{}", found.said);
+            assert!(found.said.contains("no projection leads"), "{}", found.said);
+        }
     }
 }
 
