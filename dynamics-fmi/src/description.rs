@@ -50,7 +50,7 @@ pub(crate) fn model<M: SimulationModel + PrintedInC>(fmu: &Fmu<'_, M>, plan: &Pl
         out.push_str(&element(reference, variable, !M::ROWS.is_empty(), &variables.all));
     }
     out.push_str("  </ModelVariables>\n");
-    out.push_str(&structure(plan, M::COORDINATES.len()));
+    out.push_str(&structure::<M>(plan));
     out.push_str("</fmiModelDescription>\n");
     out
 }
@@ -154,20 +154,31 @@ fn element(reference: usize, variable: &Variable, has_rows: bool, all: &[Variabl
 }
 
 /// What depends on what.
-fn structure(plan: &Plan, n: usize) -> String {
-    let variables = &plan.variables;
+fn structure<M: SimulationModel>(plan: &Plan) -> String {
+    let (variables, n) = (&plan.variables, M::COORDINATES.len());
     let mut out = String::from("  <ModelStructure>\n");
+    // Importers know parameters as knowns of the initialization alone.
+    let parameters: BTreeSet<usize> =
+        variables.with(|role| matches!(role, Role::Parameter(_))).into_iter().collect();
     let list = |out: &mut String, tag: &str, references: Vec<usize>| {
+        let is_initial = tag == "InitialUnknown";
         for reference in references {
             // Coordinates and rates are themselves; rates of coordinates are the states behind these.
-            let on = match variables.all[reference].role {
+            let constant = match variables.all[reference].role {
                 Role::State(..) => Some(reference),
                 Role::Derivative(of) if of <= n => Some(of + n),
                 _ => None,
             };
-            let on = on.map_or_else(String::new, |on| {
-                format!(" dependencies=\"{on}\" dependenciesKind=\"constant\"")
-            });
+            let on = match (constant, plan.dependencies.on(reference)) {
+                (Some(on), _) => attributes(&[on], "constant"),
+                // A start is first moved to the constraints, which mixes all states.
+                (None, Some(_)) if is_initial && !M::ROWS.is_empty() => String::new(),
+                (None, Some(known)) => {
+                    let known = known.iter().copied().filter(|on| is_initial || !parameters.contains(on));
+                    attributes(&known.collect::<Vec<_>>(), "dependent")
+                }
+                (None, None) => String::new(),
+            };
             let _ = writeln!(out, "    <{tag} valueReference=\"{reference}\"{on}/>");
         }
     };
@@ -180,6 +191,13 @@ fn structure(plan: &Plan, n: usize) -> String {
     list(&mut out, "EventIndicator", variables.with(|role| role == Role::Indicator));
     out.push_str("  </ModelStructure>\n");
     out
+}
+
+/// What an unknown depends on, in one way.
+fn attributes(on: &[usize], kind: &str) -> String {
+    let all = |text: &dyn Fn(usize) -> String| on.iter().map(|&i| text(i)).collect::<Vec<_>>().join(" ");
+    let (on, kinds) = (all(&|i| i.to_string()), all(&|_| kind.to_owned()));
+    format!(" dependencies=\"{on}\" dependenciesKind=\"{kinds}\"")
 }
 
 /// `buildDescription.xml`.

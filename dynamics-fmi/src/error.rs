@@ -62,7 +62,7 @@ pub enum FmuError {
     Compiler {
         /// What was run.
         compiler: String,
-        /// Where the sources are.
+        /// Where the sources are: a folder for temporary files, which is kept.
         folder: PathBuf,
         /// What it said.
         said: String,

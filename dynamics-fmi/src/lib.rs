@@ -14,6 +14,7 @@
 //! | `plan` | what can be written, and what not |
 //! | `variables` | the variables, their names and value references |
 //! | `units` | units as powers of base units |
+//! | `dependencies` | what results depend on |
 //! | `description` | `modelDescription.xml`, `buildDescription.xml` |
 //! | `sources` | the templates of `c/`, filled |
 //! | `table` | the table of the method as C |
@@ -23,6 +24,7 @@
 
 mod archive;
 mod binary;
+mod dependencies;
 mod description;
 mod documentation;
 mod error;

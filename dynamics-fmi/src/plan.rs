@@ -2,8 +2,9 @@
 
 use dynamics_export::ExportC as _;
 use dynamics_runtime::model::{ModelState, PrintedInC, SimulationModel, Vector};
-use dynamics_runtime::simulate::{Flow, Simulate as _};
+use dynamics_runtime::simulate::Simulate as _;
 
+use crate::dependencies::Dependencies;
 use crate::error::FmuError;
 use crate::fmu::Fmu;
 use crate::variables::Variables;
@@ -13,12 +14,15 @@ pub(crate) struct Plan {
     /// `name.h` and `name.c`: names and texts.
     pub(crate) programs: Vec<(String, String)>,
     pub(crate) variables: Variables,
+    pub(crate) dependencies: Dependencies,
     pub(crate) parameters: Vec<f64>,
     /// For each state a size below which its errors are absolute.
     pub(crate) nominals: Vec<f64>,
     /// 0 for switched constraints that hold, else the side to which they are released.
     pub(crate) modes: Vec<f64>,
-    /// What tells this unit from others.
+    /// What tells this unit from others: a hash of all that is written.
+    pub(crate) identity: u64,
+    /// The same as a name.
     pub(crate) token: String,
 }
 
@@ -35,13 +39,15 @@ pub(crate) fn plan<M: SimulationModel + PrintedInC>(fmu: &Fmu<'_, M>) -> Result<
     let parameters: Vec<f64> = (0..M::PARAMETERS.len()).map(parameter).collect();
     let switched = M::CONSTRAINTS.iter().filter(|c| c.switched.is_some()).count();
     let modes: Vec<f64> = (0..switched).map(|i| fmu.start.active_set().side(i)).collect();
-    let nominals = nominals(fmu);
+    let nominals = nominals(fmu)?;
     let variables = Variables::of::<M>(&parameters, &fmu.start, &nominals);
     let mut text: String = programs.iter().map(|(_, text)| text.as_str()).collect();
     let chosen = (fmu.method, fmu.tolerance, fmu.start.t(), &modes);
     text.push_str(&format!("{chosen:?}{:?}", variables.all));
-    let token = format!("{{{}-{:016x}}}", M::C.name, hash(&text));
-    Ok(Plan { programs, variables, parameters, nominals, modes, token })
+    let identity = hash(&text);
+    let token = format!("{{{}-{identity:016x}}}", M::C.name);
+    let dependencies = Dependencies::of::<M>(&programs, variables.all.len());
+    Ok(Plan { programs, variables, dependencies, parameters, nominals, modes, identity, token })
 }
 
 /// A hash by Fowler, Noll and Vo (FNV-1a, 64 bits): the same on all machines.
@@ -55,35 +61,14 @@ fn number(option: &'static str, value: f64, admissible: bool, range: &'static st
     if admissible { Ok(()) } else { Err(FmuError::Number { option, value, range }) }
 }
 
-/// Steps that show how large a motion becomes which begins small or at rest, as in the pilot run of simulations.
-const PILOT_STEPS: usize = 20;
-/// A nominal value is so many times the size of its unit's values, and at most 1: motions of some micrometres
-/// keep their digits.
-const NOMINAL_BY_SIZE: f64 = 10.0;
-/// Values below this are zero up to rounding, and say nothing of a size.
-const ZERO_BY_ROUNDING: f64 = 1e-13;
-
-/// Nominal values of coordinates and rates, from the first steps of a motion in Rust: one for all of a unit.
-fn nominals<M: SimulationModel + PrintedInC>(fmu: &Fmu<'_, M>) -> Vec<f64> {
-    let n = M::COORDINATES.len();
-    let mut sizes = vec![0.0f64; 2 * n];
-    let mut steps = 0;
+/// Nominal values of coordinates and rates, one for all of a unit: the absolute tolerances that a simulation
+/// finds by its pilot run, in parts of the tolerance. They are at most 1.
+fn nominals<M: SimulationModel + PrintedInC>(fmu: &Fmu<'_, M>) -> Result<Vec<f64>, FmuError> {
     let end = fmu.start.t() + fmu.duration;
     let simulation = fmu.model.simulate(fmu.start).until(end).tolerance(fmu.tolerance);
-    // Where the motion ends early, its steps until then say what they can.
-    let _ = simulation.run_with(|state: &M::State| {
-        let values = state.q().as_slice().iter().chain(state.u().as_slice());
-        sizes.iter_mut().zip(values).for_each(|(size, value)| *size = size.max(value.abs()));
-        steps += 1;
-        if steps > PILOT_STEPS { Flow::Stop } else { Flow::Continue }
-    });
-    let of_unit = |i: usize| {
-        let (first, of) = (i / n * n, M::COORDINATES[i % n].unit);
-        let same = (0..n).filter(|j| M::COORDINATES[*j].unit == of);
-        let size = same.map(|j| sizes[first + j]).fold(0.0, f64::max);
-        if size > ZERO_BY_ROUNDING { (NOMINAL_BY_SIZE * size).min(1.0) } else { 1.0 }
-    };
-    (0..2 * n).map(of_unit).collect()
+    let found = simulation.tolerances_by_unit();
+    let found = found.map_err(|error| FmuError::Start { source: Box::new(error.kind) })?;
+    Ok(found.into_iter().map(|absolute| absolute / fmu.tolerance).collect())
 }
 
 /// Refuses a start at which no simulation, or no program in C, could begin.

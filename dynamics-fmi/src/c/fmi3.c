@@ -3,12 +3,6 @@
  * through the log. */
 #include "$_fmu.h"
 
-#include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 void $_fmu_report(const $_fmu *x, fmi3Status status, const char *format, ...)
 {
   char message[512];
@@ -76,6 +70,22 @@ fmi3Status $_fmu_computed(const $_fmu *x, int status, const char *function)
   return (status == %%_OK) ? fmi3OK : fmi3Discard;
 }
 
+fmi3Status $_fmu_settle($_fmu *x, double *moved, const char *function)
+{
+  $_fmu_values next = x->now;
+  fmi3Status status = $_fmu_computed(x, $_fmu_project(&next, moved), function);
+  if (status == fmi3OK) {
+    if ((x->now.inconsistent != 0) && (*moved > next.tolerance)) {
+      $_fmu_report(x, fmi3Warning,
+        "%s: the state was off the constraints; it was moved by up to %.3g to the nearest state on them",
+        function, *moved);
+      status = fmi3Warning;
+    }
+    x->now = next;
+  }
+  return status;
+}
+
 const char *fmi3GetVersion(void)
 {
   return "3.0";
@@ -104,7 +114,7 @@ static fmi3Instance instantiate(fmi3String name, fmi3String token, fmi3InstanceE
   if (x != NULL) {
     x->environment = environment;
     x->log = log;
-    x->is_model_exchange = is_model_exchange;
+    x->now.is_model_exchange = is_model_exchange;
     $_fmu_reset(&x->now);
     if ((name == NULL) || (name[0] == '\0')) {
       (void)$_fmu_refused(x, "fmi3Instantiate", "the instance needs a name");
@@ -213,23 +223,17 @@ fmi3Status fmi3ExitInitializationMode(fmi3Instance instance)
   $_fmu *x = $_fmu_open(instance, INITIALIZATION, function);
   fmi3Status status = fmi3Error;
   if (x != NULL) {
-    $_fmu_values next = x->now;
+    const $_fmu_values before = x->now;
     double moved = 0.0;
-    int solved = $_fmu_project(&next, &moved);
-    if (solved == %%_OK) {
-      solved = $_fmu_solve(&next);
+    fmi3Status solved = fmi3OK;
+    status = $_fmu_settle(x, &moved, function);
+    if ((status == fmi3OK) || (status == fmi3Warning)) {
+      solved = $_fmu_computed(x, $_fmu_solve(&x->now), function);
     }
-    status = $_fmu_computed(x, solved, function);
-    if (status == fmi3OK) {
-      if (moved > next.tolerance) {
-        $_fmu_report(x, fmi3Warning,
-          "%s: the start is off the constraints; it was moved by up to %.3g to the nearest state on them",
-          function, moved);
-        status = fmi3Warning;
-      }
-      x->now = next;
-      x->now.mode = ((x->is_model_exchange != 0) || (x->uses_event_mode != 0)) ? EVENT : STEP;
+    if ((solved == fmi3OK) && (status != fmi3Discard)) {
+      x->now.mode = ((x->now.is_model_exchange != 0) || (x->uses_event_mode != 0)) ? EVENT : STEP;
     } else {
+      x->now = before;
       status = fmi3Error;
     }
   }
@@ -240,7 +244,7 @@ fmi3Status fmi3EnterEventMode(fmi3Instance instance)
 {
   $_fmu *x = $_fmu_open(instance, CONTINUOUS | STEP, "fmi3EnterEventMode");
   fmi3Status status = (x != NULL) ? fmi3OK : fmi3Error;
-  if ((x != NULL) && (x->is_model_exchange == 0) && (x->uses_event_mode == 0)) {
+  if ((x != NULL) && (x->now.is_model_exchange == 0) && (x->uses_event_mode == 0)) {
     status = $_fmu_refused(x, "fmi3EnterEventMode", "the instance was made without Event Mode");
   } else if (x != NULL) {
     x->now.mode = EVENT;

@@ -2,12 +2,9 @@
 /* Functions of FMI 3.0: saved states, and derivatives along a direction. */
 #include "$_fmu.h"
 
-#include <stdlib.h>
-#include <string.h>
-
-/* What a serialized state begins with: states of other models, or of other builds, are refused. */
+/* What a serialized state begins with: states of other units, or of other builds, are refused. */
 typedef struct {
-  unsigned long long version;
+  unsigned long long identity;
   size_t size;
 } heading;
 
@@ -46,8 +43,15 @@ fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState FMUState)
   } else if (FMUState == NULL) {
     status = $_fmu_refused(x, function, "there is no state");
   } else {
-    (void)memcpy(&x->now, FMUState, sizeof x->now);
-    status = fmi3OK;
+    const $_fmu_values *saved = (const $_fmu_values *)FMUState;
+    if (saved->is_model_exchange != x->now.is_model_exchange) {
+      status = $_fmu_refused(x, function, "the state is one of the other interface");
+    } else if ((x->now.is_model_exchange == 0) && (x->uses_event_mode == 0) && (saved->mode == EVENT)) {
+      status = $_fmu_refused(x, function, "the state is one in Event Mode, which the instance lacks");
+    } else {
+      (void)memcpy(&x->now, saved, sizeof x->now);
+      status = fmi3OK;
+    }
   }
   return status;
 }
@@ -91,7 +95,7 @@ fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState FMUState, f
   } else {
     heading head;
     (void)memset(&head, 0, sizeof head);
-    head.version = %%_VERSION;
+    head.identity = IDENTITY;
     head.size = sizeof x->now;
     (void)memcpy(serializedState, &head, sizeof head);
     (void)memcpy(serializedState + sizeof head, FMUState, sizeof x->now);
@@ -113,8 +117,8 @@ fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte seriali
     status = $_fmu_refused(x, function, "there is no state, or it is cut off");
   } else {
     (void)memcpy(&head, serializedState, sizeof head);
-    if ((head.version != %%_VERSION) || (head.size != sizeof x->now)) {
-      status = $_fmu_refused(x, function, "this is the state of another model, or of another build");
+    if ((head.identity != IDENTITY) || (head.size != sizeof x->now)) {
+      status = $_fmu_refused(x, function, "this is the state of another unit, or of another build");
     } else {
       if (*FMUState == NULL) {
         *FMUState = malloc(sizeof x->now);

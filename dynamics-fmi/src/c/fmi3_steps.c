@@ -2,10 +2,6 @@
 /* Functions of FMI 3.0: events, Model Exchange and Co-Simulation. */
 #include "$_fmu.h"
 
-#include <float.h>
-#include <math.h>
-#include <string.h>
-
 /* Drift from the constraints, as a part of the tolerance, from which a state is corrected. */
 #define DRIFT 0.1
 
@@ -23,16 +19,12 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
     || (nextEventTimeDefined == NULL) || (nextEventTime == NULL)) {
     status = $_fmu_refused(x, function, "there is no place for the results");
   } else {
-    $_fmu_values next = x->now;
     double moved = 0.0;
-    status = $_fmu_computed(x, $_fmu_project(&next, &moved), function);
-    if (status == fmi3OK) {
-      x->now = next;
-    }
+    status = $_fmu_settle(x, &moved, function);
     *discreteStatesNeedUpdate = fmi3False;
     *terminateSimulation = fmi3False;
     *nominalsOfContinuousStatesChanged = fmi3False;
-    *valuesOfContinuousStatesChanged = ((status == fmi3OK) && (moved > 0.0)) ? fmi3True : fmi3False;
+    *valuesOfContinuousStatesChanged = (moved > 0.0) ? fmi3True : fmi3False;
     *nextEventTimeDefined = fmi3False;
     *nextEventTime = 0.0;
   }
@@ -48,7 +40,7 @@ fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance instance)
 static $_fmu *exchanged(fmi3Instance instance, int modes, const char *function)
 {
   $_fmu *x = $_fmu_open(instance, modes, function);
-  if ((x != NULL) && (x->is_model_exchange == 0)) {
+  if ((x != NULL) && (x->now.is_model_exchange == 0)) {
     (void)$_fmu_refused(x, function, "the instance is one of Co-Simulation");
     x = NULL;
   }
@@ -209,7 +201,7 @@ fmi3Status fmi3EnterStepMode(fmi3Instance instance)
   static const char function[] = "fmi3EnterStepMode";
   $_fmu *x = $_fmu_open(instance, EVENT, function);
   fmi3Status status = (x != NULL) ? fmi3OK : fmi3Error;
-  if ((x != NULL) && (x->is_model_exchange != 0)) {
+  if ((x != NULL) && (x->now.is_model_exchange != 0)) {
     status = $_fmu_refused(x, function, "the instance is one of Model Exchange");
   } else if (x != NULL) {
     x->now.mode = STEP;
@@ -249,13 +241,18 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
   } else {
     const int stops = ((x->uses_event_mode != 0) && (x->returns_early != 0)) ? 1 : 0;
     int stopped = 0;
-    status = $_fmu_computed(x, $_fmu_advance(&x->now, end, stops, &stopped), function);
+    double moved = 0.0;
+    const fmi3Status settled = (x->now.inconsistent != 0) ? $_fmu_settle(x, &moved, function) : fmi3OK;
+    status = settled;
+    if (settled != fmi3Discard) {
+      status = $_fmu_computed(x, $_fmu_advance(&x->now, end, stops, &stopped), function);
+    }
     *eventHandlingNeeded = (stopped != 0) ? fmi3True : fmi3False;
     *earlyReturn = ((stopped != 0) && (x->now.t < end)) ? fmi3True : fmi3False;
     *terminateSimulation = fmi3False;
     *lastSuccessfulTime = x->now.t;
     /* A step that ends elsewhere than it should is no step. */
-    status = (status == fmi3OK) ? fmi3OK : fmi3Error;
+    status = (status == fmi3OK) ? settled : fmi3Error;
   }
   return status;
 }

@@ -15,8 +15,15 @@
 
 #include "$.h"
 
+/* These stand before the macros, whose short names are no business of theirs. */
+#include <float.h>
+#include <math.h>
+#include <stdarg.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 /* Sizes; arrays of nothing have one element. */
 #define N %%_COORDINATES
@@ -30,6 +37,8 @@
 #define SOME(count) (((count) > 0) ? (count) : 1)
 
 #define TOKEN "<<TOKEN>>"
+/* The same as a number: what serialized states begin with. */
+#define IDENTITY <<IDENTITY>>
 #define TOLERANCE <<TOLERANCE>>
 #define START_TIME <<TIME>>
 
@@ -69,6 +78,7 @@ enum { NOT_FINITE = 16, OFF = 17, TOO_SHORT = 18, CHATTERS = 19 };
 
 /* Everything that changes: what a saved state holds. */
 typedef struct {
+  int is_model_exchange;
   int mode;
   int known;
   int has_constants;
@@ -97,7 +107,6 @@ typedef struct {
 /* An instance. */
 typedef struct {
   $_fmu_values now;
-  int is_model_exchange;
   int uses_event_mode;
   int returns_early;
   fmi3InstanceEnvironment environment;
@@ -149,7 +158,10 @@ int $_fmu_directional($_fmu_values *x, const $_fmu_direction *d, double *out);
 /* Brings coordinates and velocities to the constraints; `moved`: the largest change, as a part of what is
  * changed, or of its nominal value. */
 int $_fmu_project($_fmu_values *x, double *moved);
-/* Moves to `end`, or to the first event where `stops` says so. */
+/* The same for an instance, which is left as it is where that fails. Logs by how much it was moved after
+ * something was set, and then returns fmi3Warning. */
+fmi3Status $_fmu_settle($_fmu *x, double *moved, const char *function);
+/* Moves from a state on the constraints to `end`, or to the first event where `stops` says so. */
 int $_fmu_advance($_fmu_values *x, double end, int stops, int *stopped);
 
 #endif

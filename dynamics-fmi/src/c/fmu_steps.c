@@ -3,10 +3,6 @@
  * steps, which end at events that are asked for and where accelerations are not smooth. */
 #include "$_fmu.h"
 
-#include <float.h>
-#include <math.h>
-#include <string.h>
-
 /* Stages of a step, the first of which is known, and the derivative at its end. */
 #define STAGES <<STAGES>>
 
@@ -86,6 +82,17 @@ static double squares(const $_fmu_values *from, const $_fmu_values *to, const do
   return all;
 }
 
+/* Whether a state has numbers alone. */
+static int is_finite(const $_fmu_values *x)
+{
+  int i;
+  int all = 1;
+  for (i = 0; i < N; i++) {
+    all = (isfinite(x->q[i]) && isfinite(x->u[i])) ? all : 0;
+  }
+  return all;
+}
+
 /* A step of size h from a solved state; its error, 1 where it is just permitted. */
 static int attempt(const $_fmu_values *from, double h, double end, $_fmu_values *to, double *error)
 {
@@ -142,7 +149,7 @@ static int attempt(const $_fmu_values *from, double h, double end, $_fmu_values 
     five = squares(from, to, of_q, of_u);
     *error = h*sqrt(five/(2.0*(double)N));
 #endif
-    status = isfinite(*error) ? $_fmu_solve(to) : NOT_FINITE;
+    status = (isfinite(*error) && (is_finite(to) != 0)) ? $_fmu_solve(to) : NOT_FINITE;
   }
   return status;
 }
@@ -163,69 +170,87 @@ static double first_step(const $_fmu_values *x)
 }
 
 #if (NR > 0)
-/* The largest change, as a part of what is changed, or of its nominal value. */
+/* The largest change, as a part of what is changed, or of its nominal value; not finite where one is not. */
 static double largest(const double *change, const double *values, const double *nominals)
 {
   double most = 0.0;
   int i;
-  for (i = 0; i < N; i++) {
+  for (i = 0; (i < N) && isfinite(most); i++) {
     const double part = fabs(change[i])/fmax(nominals[i], fabs(values[i]));
     most = !(part <= most) ? part : most;
   }
   return most;
 }
 
-/* Corrections below this are rounding. */
+/* Corrections below this are rounding. They are left out, so that a second projection moves nothing. */
 #define ROUNDING 1e-13
 /* Corrections that stay above this do not converge. */
 #define LEFT 1e-9
 #define PASSES 12
 
+/* Subtracts a correction that is more than rounding. */
+static void correct(double *values, const double *change, double size)
+{
+  int i;
+  for (i = 0; (i < N) && (size > ROUNDING); i++) {
+    values[i] -= change[i];
+  }
+}
+
 int $_fmu_project($_fmu_values *x, double *moved)
 {
   double r[NR] = { 0.0 };
   double change[N];
-  double old_q[N];
-  double old_u[N];
+  double q[N];
+  double u[N];
   double size = 0.0;
   int status = %%_OK;
   int pass;
   int i;
-  (void)memcpy(old_q, x->q, sizeof old_q);
-  (void)memcpy(old_u, x->u, sizeof old_u);
+  (void)memcpy(q, x->q, sizeof q);
+  (void)memcpy(u, x->u, sizeof u);
   if (x->has_constants == 0) {
     $_constants(x->p, x->k);
     x->has_constants = 1;
   }
 #if %%_HOLONOMIC > 0
   size = 1.0;
-  for (pass = 0; (pass < PASSES) && (status == %%_OK) && !(size <= ROUNDING); pass++) {
-    $_residual(x->p, x->t, x->q, x->u<<MORE>>, r);
-    status = $_correction(x->p, x->k, x->t, x->q, x->u<<MORE>>, r, change);
-    size = largest(change, x->q, $_fmu_nominals);
-    for (i = 0; (i < N) && (status == %%_OK); i++) {
-      x->q[i] -= change[i];
+  for (pass = 0; (pass < PASSES) && (status == %%_OK) && (size > ROUNDING) && isfinite(size); pass++) {
+    $_residual(x->p, x->t, q, u<<MORE>>, r);
+    status = $_correction(x->p, x->k, x->t, q, u<<MORE>>, r, change);
+    size = largest(change, q, $_fmu_nominals);
+    if (status == %%_OK) {
+      correct(q, change, size);
     }
   }
   status = ((status == %%_OK) && !(size <= LEFT)) ? OFF : status;
 #endif
   /* These are linear: what the second pass changes is rounding. */
   for (pass = 0; (pass < 2) && (status == %%_OK); pass++) {
-    $_velocity_residual(x->p, x->t, x->q, x->u<<MORE>>, r);
-    status = $_correction(x->p, x->k, x->t, x->q, x->u<<MORE>>, r, change);
-    size = largest(change, x->u, $_fmu_nominals + N);
-    for (i = 0; (i < N) && (status == %%_OK); i++) {
-      x->u[i] -= change[i];
+    $_velocity_residual(x->p, x->t, q, u<<MORE>>, r);
+    status = $_correction(x->p, x->k, x->t, q, u<<MORE>>, r, change);
+    size = largest(change, u, $_fmu_nominals + N);
+    if (status == %%_OK) {
+      correct(u, change, size);
     }
   }
   status = ((status == %%_OK) && !(size <= LEFT)) ? OFF : status;
-  for (i = 0; i < N; i++) {
-    old_q[i] -= x->q[i];
-    old_u[i] -= x->u[i];
+  *moved = 0.0;
+  if (status == %%_OK) {
+    double of_q[N];
+    double of_u[N];
+    for (i = 0; i < N; i++) {
+      of_q[i] = x->q[i] - q[i];
+      of_u[i] = x->u[i] - u[i];
+    }
+    *moved = fmax(largest(of_q, q, $_fmu_nominals), largest(of_u, u, $_fmu_nominals + N));
+    x->inconsistent = 0;
   }
-  *moved = fmax(largest(old_q, x->q, $_fmu_nominals), largest(old_u, x->u, $_fmu_nominals + N));
-  x->inconsistent = (status == %%_OK) ? 0 : x->inconsistent;
-  $_fmu_changed(x);
+  if (*moved > 0.0) {
+    (void)memcpy(x->q, q, sizeof q);
+    (void)memcpy(x->u, u, sizeof u);
+    $_fmu_changed(x);
+  }
   return status;
 }
 #else
@@ -238,12 +263,25 @@ int $_fmu_project($_fmu_values *x, double *moved)
 #endif
 
 #if (NV + NK) > 0
-/* Whether an indicator that matters has changed its sign: events if steps stop there, kinks always. */
-static int crosses(const double *before, const double *after, int stops)
+/* Whether a declared event has crossed 0. One that begins at 0 has not: its sign is the first that it has. */
+static int has_event(const double *before, const double *after)
 {
   int i;
   int found = 0;
-  for (i = (stops != 0) ? 0 : NV; i < NV + NK; i++) {
+  for (i = 0; i < NV; i++) {
+    if (((before[i] > 0.0) && (after[i] <= 0.0)) || ((before[i] < 0.0) && (after[i] >= 0.0))) {
+      found = 1;
+    }
+  }
+  return found;
+}
+
+/* Whether a step has to end earlier: at kinks always, at events where `stops` says so. */
+static int crosses(const double *before, const double *after, int stops)
+{
+  int i;
+  int found = (stops != 0) ? has_event(before, after) : 0;
+  for (i = NV; i < NV + NK; i++) {
     found = ((before[i] > 0.0) != (after[i] > 0.0)) ? 1 : found;
   }
   return found;
@@ -256,7 +294,8 @@ static int crosses(const double *before, const double *after, int stops)
 #define MOST_CROSSINGS 50
 #define NOWHERE 1e-4
 
-/* Shortens a step so that it ends just behind the first crossing in it. */
+/* Shortens a step so that it ends just behind the first crossing in it. All ends are on the constraints: a
+ * projection behind the search could move the end to before the crossing, which would then be found twice. */
 static int locate(const $_fmu_values *from, int stops, double *h, $_fmu_values *to, int *stopped)
 {
   double before[NV + NK];
@@ -264,6 +303,7 @@ static int locate(const $_fmu_values *from, int stops, double *h, $_fmu_values *
   double low = 0.0;
   double high = *h;
   double error;
+  double moved = 0.0;
   const double width = fmax(LOCATED*from->tolerance*high, 4.0*DBL_EPSILON*fabs(from->t));
   $_fmu_values start = *from;
   $_fmu_values trial;
@@ -276,6 +316,9 @@ static int locate(const $_fmu_values *from, int stops, double *h, $_fmu_values *
     for (count = 0; (count < MOST_BISECTIONS) && (high - low > width) && (status == %%_OK); count++) {
       const double middle = 0.5*(low + high);
       status = attempt(from, middle, from->t + middle, &trial, &error);
+      if (status == %%_OK) {
+        status = $_fmu_project(&trial, &moved);
+      }
       if (status == %%_OK) {
         status = $_fmu_indicators(&trial, after);
       }
@@ -290,8 +333,8 @@ static int locate(const $_fmu_values *from, int stops, double *h, $_fmu_values *
     if (status == %%_OK) {
       status = $_fmu_indicators(to, after);
     }
-    for (count = 0; (count < NV) && (stops != 0); count++) {
-      *stopped = ((before[count] > 0.0) != (after[count] > 0.0)) ? 1 : *stopped;
+    if ((status == %%_OK) && (stops != 0)) {
+      *stopped = has_event(before, after);
     }
   }
   return status;
@@ -307,12 +350,7 @@ int $_fmu_advance($_fmu_values *x, double end, int stops, int *stopped)
   int crossings = 0;
   int status = %%_OK;
   *stopped = 0;
-  if (x->inconsistent != 0) {
-    status = $_fmu_project(x, &moved);
-  }
-  if (status == %%_OK) {
-    status = $_fmu_solve(x);
-  }
+  status = $_fmu_solve(x);
   if ((status == %%_OK) && !(x->h > 0.0)) {
     x->h = first_step(x);
     x->previous_error = LEAST_ERROR;
@@ -322,12 +360,15 @@ int $_fmu_advance($_fmu_values *x, double end, int stops, int *stopped)
     /* A last step is stretched rather than followed by a tiny one. */
     const int is_last = (x->h*1.01 >= rest) ? 1 : 0;
     double h = (is_last != 0) ? rest : x->h;
-    const int failed = attempt(x, h, (is_last != 0) ? end : (x->t + h), &to, &error);
+    int failed = attempt(x, h, (is_last != 0) ? end : (x->t + h), &to, &error);
+    if ((failed == %%_OK) && (error <= 1.0)) {
+      failed = $_fmu_project(&to, &moved);
+    }
     if ((failed != %%_OK) || !(error <= 1.0)) {
       const double factor = (failed != %%_OK) ? 0.25 : (SAFETY*pow(error, -ALPHA));
       x->h = h*fmin(1.0, fmax(SHRINK, factor));
       rejected = 1;
-      if (x->h <= 16.0*DBL_EPSILON*fmax(fabs(x->t), fabs(end))) {
+      if (x->h <= 16.0*DBL_EPSILON*fabs(x->t)) {
         status = (failed != %%_OK) ? failed : TOO_SHORT;
       }
     } else {
@@ -351,11 +392,6 @@ int $_fmu_advance($_fmu_values *x, double end, int stops, int *stopped)
         to.h = (h < whole) ? fmin(next, whole) : next;
         to.previous_error = fmax(error, LEAST_ERROR);
         *x = to;
-#if NR > 0
-        status = $_fmu_project(x, &moved);
-#endif
-      }
-      if (status == %%_OK) {
         status = $_fmu_solve(x);
       }
     }

@@ -2,9 +2,6 @@
 /* Values of the variables of an instance. */
 #include "$_fmu.h"
 
-#include <math.h>
-#include <string.h>
-
 /* The check that value references are those of modelDescription.xml. */
 typedef char references_agree[(VR_END == <<REFERENCES>>) ? 1 : -1];
 
@@ -35,7 +32,9 @@ static const double start_w[NW] = {
 <<MODES>>
 void $_fmu_reset($_fmu_values *x)
 {
+  const int is_model_exchange = x->is_model_exchange;
   (void)memset(x, 0, sizeof *x);
+  x->is_model_exchange = is_model_exchange;
   x->mode = INSTANTIATED;
   x->t = START_TIME;
   x->tolerance = TOLERANCE;
@@ -189,7 +188,7 @@ int $_fmu_directional($_fmu_values *x, const $_fmu_direction *d, double *out)
   const int status = $_fmu_solve(x);
   if (status == %%_OK) {
     $_directional(x->p, x->t, x->q, x->u<<MORE>><<SOLUTION>>, d->dt, d->dq, d->du<<DW>>, d->dp, out);
-  }
+<<SLOPES>>  }
   return status;
 #else
   (void)x;

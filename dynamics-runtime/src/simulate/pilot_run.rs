@@ -164,15 +164,39 @@ impl<M: Constraints> PilotRun<M> {
 
     /// The absolute tolerance for a given tolerance, by the sizes so far.
     pub(crate) fn absolute_tolerance(&self, rhs: &mut RightHandSide<'_, '_, M>, tolerance: f64) -> f64 {
-        let (Some(size), Some((state, h))) = (self.sizes.smallest::<M>(), &self.last) else {
+        let (Some(size), Some(last)) = (self.sizes.smallest::<M>(), &self.last) else {
             return tolerance;
         };
-        if size >= SMALL_MOTION {
-            return tolerance;
-        }
-        let rounding = MIN_TOLERANCE_IN_ROUNDINGS * rounding_of_accelerations(rhs, state) * h.abs();
-        (tolerance * size / SMALL_MOTION).max(MIN_ABSOLUTE_TOLERANCE.max(rounding)).min(tolerance)
+        scaled_tolerance(tolerance, size, || smallest_tolerance(rhs, last))
     }
+
+    /// The absolute tolerances of all coordinates, then of all velocities: each by the size of its own unit.
+    pub(crate) fn tolerances_by_unit(&self, rhs: &mut RightHandSide<'_, '_, M>, tolerance: f64) -> Vec<f64> {
+        let floor = self.last.as_ref().map_or(tolerance, |last| smallest_tolerance(rhs, last));
+        let of_unit = |sizes: &[f64], i: usize| match largest_of_unit(sizes, M::COORDINATES, i) {
+            size if size > ZERO_BY_ROUNDING => scaled_tolerance(tolerance, size, || floor),
+            _ => tolerance,
+        };
+        let all = [&self.sizes.q, &self.sizes.u].into_iter();
+        all.flat_map(|sizes| (0..sizes.len()).map(|i| of_unit(sizes, i))).collect()
+    }
+}
+
+/// A tolerance for a motion of a size, above a floor.
+fn scaled_tolerance(tolerance: f64, size: f64, floor: impl FnOnce() -> f64) -> f64 {
+    if size >= SMALL_MOTION {
+        return tolerance;
+    }
+    (tolerance * size / SMALL_MOTION).max(floor()).min(tolerance)
+}
+
+/// The absolute tolerance at which the error estimate of a step to this state, of this length, is rounding.
+fn smallest_tolerance<M: Constraints>(
+    rhs: &mut RightHandSide<'_, '_, M>,
+    (state, h): &(M::State, f64),
+) -> f64 {
+    let rounding = MIN_TOLERANCE_IN_ROUNDINGS * rounding_of_accelerations(rhs, state) * h.abs();
+    MIN_ABSOLUTE_TOLERANCE.max(rounding)
 }
 
 /// The largest change of the accelerations by changes of the state in its last place.

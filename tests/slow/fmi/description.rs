@@ -2,9 +2,45 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use dynamics::prelude::*;
 use roxmltree::{Document, Node};
 
+use crate::models::Masses;
 use crate::units::{Unit, units};
+
+/// A body whose outputs reach an input in several ways.
+#[derive(Clone, Debug, Dynamics)]
+#[model(targets(c))]
+#[coordinates(x)]
+#[inputs(push)]
+struct Driven {
+    mass: f64,
+}
+
+#[dynamics]
+impl Driven {
+    #[kinetic]
+    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+        0.5 * self.mass * q.x.dt().powi(2)
+    }
+    #[force]
+    fn drive(&self, q: &Coordinates<Self>) -> Force {
+        Force::along(q.x, q.push)
+    }
+    #[output]
+    fn felt(&self, q: &Coordinates<Self>) -> Expr {
+        let along = q.x.sin() * q.push;
+        along + q.t
+    }
+    #[output]
+    fn constant(&self, _: &Coordinates<Self>) -> Expr {
+        2.0 * self.mass
+    }
+    #[output]
+    fn acceleration(&self, q: &Coordinates<Self>) -> Expr {
+        q.x.dt().dt()
+    }
+}
 
 fn children<'a>(node: Node<'a, 'a>, tag: &'static str) -> impl Iterator<Item = Node<'a, 'a>> {
     node.children().filter(move |child| child.has_tag_name(tag))
@@ -141,6 +177,62 @@ fn variables_have_names_units_and_descriptions() {
     for name in ["apex", "crosses_line", "kink[0]", "kink[1]"] {
         assert!(ball.contains(&format!("name=\"{name}\"")), "{ball}");
     }
+}
+
+/// What the unknown of a name depends on, in a list of the model's structure; `None`: on everything.
+fn dependencies(text: &str, tag: &'static str, name: &str) -> Option<Vec<String>> {
+    let document = Document::parse(text).unwrap();
+    let root = document.root_element();
+    let variables = one(root, "ModelVariables").children().filter(Node::is_element);
+    let names: Vec<&str> = variables.map(|node| node.attribute("name").unwrap()).collect();
+    let mut unknowns = one(root, "ModelStructure").children().filter(|node| node.has_tag_name(tag));
+    let unknown = unknowns.find(|node| names[reference(*node, "valueReference")] == name).unwrap();
+    let listed = unknown.attribute("dependencies")?.split_whitespace();
+    Some(listed.map(|known| names[known.parse::<usize>().unwrap()].to_owned()).collect())
+}
+
+/// An importer sees an algebraic loop where an output depends on an input.
+#[test]
+fn outputs_depend_on_what_they_are_computed_from() {
+    let all = units();
+    let of = |unit: &str, tag, name: &str| {
+        let unit = all.iter().find(|other| other.name == unit).unwrap();
+        dependencies(unit.text("modelDescription.xml"), tag, name)
+    };
+    let listed = |names: &[&str]| Some(names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
+    assert_eq!(of("cart_pole", "Output", "tip.x"), listed(&["x", "theta"]));
+    assert_eq!(of("cart_pole", "Output", "tip.y"), listed(&["theta"]));
+    assert_eq!(of("cart_pole", "Output", "energy"), listed(&["theta", "x_rate", "theta_rate"]));
+    let driven = Driven { mass: 2.0 };
+    let files = driven.fmu(driven.state().push(1.0).build().unwrap()).files().unwrap();
+    let text = std::str::from_utf8(&files[0].bytes).unwrap();
+    assert_eq!(dependencies(text, "Output", "felt"), listed(&["time", "x", "push"]));
+    assert_eq!(dependencies(text, "Output", "constant"), listed(&[]));
+    // By the equations of motion.
+    assert_eq!(dependencies(text, "Output", "acceleration"), listed(&["push"]));
+    assert_eq!(of("cart_pole", "InitialUnknown", "tip.y"), listed(&["theta", "l"]));
+    assert_eq!(of("cart_pole", "ContinuousStateDerivative", "der(x)"), listed(&["x_rate"]));
+    assert_eq!(of("cart_pole", "ContinuousStateDerivative", "der(x_rate)"), None);
+    assert_eq!(of("ball", "EventIndicator", "apex"), listed(&["y_rate"]));
+    assert_eq!(of("ball", "EventIndicator", "kink[0]"), listed(&["y"]));
+    // Reactions depend on everything, and so does a start that is moved to the constraints.
+    assert_eq!(of("slider_crank", "Output", "bearing"), None);
+    assert_eq!(of("slider_crank", "InitialUnknown", "energy"), None);
+    assert!(of("slider_crank", "Output", "energy").is_some());
+}
+
+/// Tolerances of motions near the rounding of numbers stay above it, as in Rust.
+#[test]
+fn nominal_values_stay_above_rounding() {
+    let model = Masses { mass: [1.0, 2.0], stiffness: [10.0, 20.0, 30.0], damping: 0.3 };
+    let start = model.state().x([1e-12, -1e-12]).build().unwrap();
+    let files = model.fmu(start).tolerance(1e-7).files().unwrap();
+    let text = std::str::from_utf8(&files[0].bytes).unwrap();
+    let document = Document::parse(text).unwrap();
+    let nominals = document.descendants().filter_map(|node| node.attribute("nominal"));
+    let nominals: Vec<f64> = nominals.map(|nominal| nominal.parse().unwrap()).collect();
+    assert_eq!(nominals.len(), 4);
+    assert!(nominals.iter().all(|nominal| *nominal >= 0.999e-8 && *nominal < 1e-3), "{nominals:?}");
 }
 
 #[test]

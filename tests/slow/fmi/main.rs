@@ -14,4 +14,5 @@ mod fmpy;
 mod interface;
 mod models;
 mod refused;
+mod steps;
 mod units;

@@ -125,6 +125,15 @@ impl SliderCrank {
     fn bearing(&self, q: &Coordinates<Self>) -> Expr {
         q.reaction(Self::closure).y
     }
+    #[event]
+    fn passes_mark(&self, q: &Coordinates<Self>) -> Expr {
+        (7.0 * q.crank + 0.3).sin()
+    }
+    /// Zero at a start from rest.
+    #[event]
+    fn turns(&self, q: &Coordinates<Self>) -> Expr {
+        -q.crank.dt()
+    }
 }
 
 /// A ball on a soft floor, which pushes where it is touched, in a wind that a spline gives over the height.

@@ -8,7 +8,7 @@ use dynamics::fmi::{Fmu, FmuError};
 use dynamics::model::{PrintedInC, SimulationModel};
 use dynamics::prelude::*;
 
-use crate::compiler::{compile, compilers};
+use crate::compiler::compilers;
 use crate::models::{CartPole, SliderCrank};
 use crate::units::folder;
 
@@ -42,58 +42,6 @@ impl Block {
         Force::along(q.x, -self.friction * q.reaction(Self::floor))
     }
 }
-
-/// A sledge that dry friction stops: its force jumps where the speed is 0.
-#[derive(Clone, Debug, Dynamics)]
-#[model(targets(c))]
-#[coordinates(x: m)]
-#[units(m: kg, friction: N)]
-struct Sledge {
-    m: f64,
-    friction: f64,
-}
-
-#[dynamics]
-impl Sledge {
-    #[kinetic]
-    fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
-        0.5 * self.m * q.x.dt().powi(2)
-    }
-    #[force]
-    fn rubbing(&self, q: &Coordinates<Self>) -> Force {
-        Force::along(q.x, -self.friction * q.x.dt().signum())
-    }
-}
-
-/// Steps until one is refused; prints when, and what the unit says.
-const STEPPING: &str = r#"
-#include "sledge_fmu.h"
-#include <stdio.h>
-static void hear(fmi3InstanceEnvironment e, fmi3Status s, fmi3String c, fmi3String message)
-{
-  (void)e;
-  (void)s;
-  (void)c;
-  (void)printf("%s\n", message);
-}
-int main(void)
-{
-  fmi3Instance x = fmi3InstantiateCoSimulation("one", TOKEN, NULL, fmi3False, fmi3False, fmi3False, fmi3False,
-    NULL, 0, NULL, hear, NULL);
-  fmi3Status status = fmi3EnterInitializationMode(x, fmi3False, 0.0, 0.0, fmi3False, 0.0);
-  double t = 0.0;
-  bool b;
-  if (status == fmi3OK) {
-    status = fmi3ExitInitializationMode(x);
-  }
-  while ((status == fmi3OK) && (t < 2.0)) {
-    status = fmi3DoStep(x, t, 0.125, fmi3True, &b, &b, &b, &t);
-  }
-  (void)printf("%.17g\n", t);
-  fmi3FreeInstance(x);
-  return (status == fmi3Error) ? 0 : 1;
-}
-"#;
 
 /// The error of a unit that is not written.
 #[track_caller]
@@ -210,16 +158,23 @@ fn a_library_is_added_where_there_is_a_compiler() {
     assert!(library.bytes.len() > 10_000);
 }
 
-/// The error where `CC` names no compiler, from a process of its own, because the variable belongs to all of
-/// one.
+/// Runs one of these tests again in a process of its own with another `CC`, because the variable belongs to
+/// all of one. Whether this is that process.
+fn is_inner(test: &str, cc: &str) -> bool {
+    const INNER: &str = "DYNAMICS_FMI_INNER";
+    if std::env::var_os(INNER).is_some() {
+        return true;
+    }
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    command.args(["--exact", &format!("refused::{test}")]);
+    let status = command.env(INNER, "1").env("CC", cc).output().unwrap();
+    assert!(status.status.success(), "{}", String::from_utf8_lossy(&status.stdout));
+    false
+}
+
 #[test]
 fn a_compiler_that_is_not_there_is_named() {
-    const INNER: &str = "DYNAMICS_FMI_INNER";
-    if std::env::var_os(INNER).is_none() {
-        let mut command = Command::new(std::env::current_exe().unwrap());
-        command.args(["--exact", "refused::a_compiler_that_is_not_there_is_named"]);
-        let status = command.env(INNER, "1").env("CC", "no-such-compiler").output().unwrap();
-        assert!(status.status.success(), "{}", String::from_utf8_lossy(&status.stdout));
+    if !is_inner("a_compiler_that_is_not_there_is_named", "no-such-compiler") {
         return;
     }
     let cart = cart();
@@ -228,28 +183,27 @@ fn a_compiler_that_is_not_there_is_named() {
     assert!(error.to_string().contains("no-such-compiler") && error.to_string().contains("CC"), "{error}");
 }
 
-/// A force that jumps and holds the motion at the jump ends a step with a reason, after a moment.
+/// The sources that a compiler refuses stay where the error says.
 #[test]
-fn motions_that_chatter_end_with_a_reason() {
-    for compiler in compilers() {
-        let sledge = Sledge { m: 2.0, friction: 4.0 };
-        let start = sledge.state().x_rate(1.0).build().unwrap();
-        let folder = folder(&format!("sledge_{compiler}"));
-        let mut in_c = vec!["stepping.c".to_owned()];
-        std::fs::write(folder.join("stepping.c"), STEPPING).unwrap();
-        for file in sledge.fmu(start).files().unwrap() {
-            let Some(name) = file.name.strip_prefix("sources/") else { continue };
-            std::fs::write(folder.join(name), &file.bytes).unwrap();
-            in_c.extend(name.ends_with(".c").then(|| name.to_owned()));
-        }
-        let in_c: Vec<&str> = in_c.iter().map(String::as_str).collect();
-        compile(&compiler, &folder, &[], &in_c, "stepping");
-        let output = Command::new(folder.join("stepping")).output().unwrap();
-        let text = String::from_utf8(output.stdout).unwrap();
-        assert!(output.status.success(), "{text}");
-        assert!(text.contains("fmi3DoStep: at t = 0.5") && text.contains("make the force smooth"), "{text}");
-        // Friction of 2 m/s² stops it after half a second.
-        let t: f64 = text.lines().last().unwrap().parse().unwrap();
-        assert!((t - 0.5).abs() < 1e-6, "{text}");
+fn sources_that_do_not_compile_are_kept() {
+    if compilers().is_empty() || !is_inner("sources_that_do_not_compile_are_kept", "cc -no-such-option") {
+        return;
     }
+    let cart = cart();
+    let error = refused(cart.fmu(cart.state().push(0.0).build().unwrap()).with_binary());
+    let FmuError::Compiler { folder, said, .. } = error else { panic!("{error}") };
+    assert!(said.contains("no-such-option"), "{said}");
+    assert!(folder.join("cart_pole_fmu.h").is_file(), "{}", folder.display());
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// `CC` may have arguments, as in `ccache gcc`.
+#[test]
+fn compilers_may_have_arguments() {
+    if compilers().is_empty() || !is_inner("compilers_may_have_arguments", "cc -O1") {
+        return;
+    }
+    let cart = cart();
+    let files = cart.fmu(cart.state().push(0.0).build().unwrap()).with_binary().files().unwrap();
+    assert!(files.last().unwrap().name.starts_with("binaries/"));
 }

@@ -131,6 +131,25 @@ impl<'m, M: SimulationModel> Simulation<'m, M> {
         found.map_err(|failure| self.refuse(failure.explained(&plan, &self.start, Method::Dop853).kind))
     }
 
+    /// The absolute tolerances of all coordinates, then of all velocities, by the size that each unit has in
+    /// the first steps. A run takes the smallest of them for all.
+    ///
+    /// # Errors
+    /// Those of [`Simulation::run`] before its first step.
+    // Public for functional mock-up units alone, whose states have nominal values.
+    #[doc(hidden)]
+    pub fn tolerances_by_unit(mut self) -> Result<Vec<f64>, SimulationError<M>> {
+        let checked = self.check()?;
+        let formulation = checked.formulation.as_ref().map(|(formulation, _)| *formulation);
+        self.make_start_consistent(formulation, &checked.unilaterals, checked.end)?;
+        let constants = self.constants()?;
+        let contacts =
+            checked.unilaterals.iter().filter_map(UnilateralConstraint::contact_history::<M>).collect();
+        let (law, end) = (self.law.as_ref(), checked.end);
+        let setup = RunSetup { simulation: &self, constants: &constants, law, formulation, contacts, end };
+        Ok(setup.tolerances_by_unit(&checked.method.0, checked.options))
+    }
+
     /// Runs into a sink, with checked options.
     fn execute(
         mut self,
@@ -382,6 +401,18 @@ impl<'r, 'm, M: SimulationModel> RunSetup<'r, 'm, M> {
         let absolute = &mut options.tolerances.absolute;
         *absolute = pilot.absolute_tolerance(&mut self.right_hand_side(Vec::new()), *absolute);
         Some((counts.evaluations, plan.rhs.stabilization.counts))
+    }
+
+    /// Makes the pilot run, where the motion is small, for the absolute tolerances of all units.
+    fn tolerances_by_unit(&self, erased_method: &SharedMethod<M>, options: StepOptions) -> Vec<f64> {
+        let (start, tolerance) = (&self.simulation.start, options.tolerances.absolute);
+        let Some(mut pilot) = PilotRun::start(&mut self.right_hand_side(Vec::new()), start) else {
+            return vec![tolerance; 2 * M::Vector::LEN];
+        };
+        let mut plan = self.plan(self.right_hand_side(Vec::new()), options);
+        // Where the motion ends early, its steps until then say what they can.
+        let _ = run(&**erased_method, &mut plan, &mut pilot);
+        pilot.tolerances_by_unit(&mut self.right_hand_side(Vec::new()), tolerance)
     }
 
     /// Makes the reference run, whose difference at these times estimates the error of the run.
