@@ -13,7 +13,7 @@ use dynamics_view::file::FileError;
 use crate::description::Description;
 use crate::error::EnsembleError;
 use crate::hash::of_bytes;
-use crate::plan::Partition;
+use crate::plan::{Partition, PlanDifference};
 use crate::rows::{FailedRun, Rows};
 use crate::whole_file::{PART, write_whole};
 
@@ -41,32 +41,36 @@ pub(crate) enum Found {
 }
 
 impl Blocks {
-    /// The folder of a plan: an existing one with the same plan, or a new one.
-    pub(crate) fn open(
-        folder: PathBuf,
-        description: &Description,
-        partition: Partition,
-    ) -> Result<Self, EnsembleError> {
-        let blocks = Self::of_plan(folder, description, partition);
-        match Self::described(&blocks.folder)? {
-            Some(there) => {
-                let differences = description.plan.differences(&there.plan);
-                if !differences.is_empty() {
-                    return Err(EnsembleError::OtherPlan { path: blocks.folder, differences });
-                }
-            }
+    /// Begins the folder, or goes on in an existing one with the same plan.
+    pub(crate) fn open(&self, description: &Description) -> Result<(), EnsembleError> {
+        match Self::described(&self.folder)? {
+            Some(there) => match description.plan.differences(&there.plan) {
+                none if none.is_empty() => Ok(()),
+                differences => Err(EnsembleError::OtherPlan { path: self.folder.clone(), differences }),
+            },
             None => {
                 let failed = |action, path: &Path| {
                     let path = path.to_path_buf();
                     move |source| FileError { path, action, source }
                 };
-                fs::create_dir_all(&blocks.folder).map_err(failed("create the folder", &blocks.folder))?;
-                let path = blocks.folder.join(PLAN);
-                write_whole(&path, &blocks.folder, description.to_text().as_bytes())
-                    .map_err(failed("write", &path))?;
+                fs::create_dir_all(&self.folder).map_err(failed("create the folder", &self.folder))?;
+                let path = self.folder.join(PLAN);
+                let text = description.to_text();
+                write_whole(&path, &self.folder, text.as_bytes()).map_err(failed("write", &path))?;
+                Ok(())
             }
         }
-        Ok(blocks)
+    }
+
+    /// The error of a rank whose plan is not that of rank 0, which has begun the folder.
+    pub(crate) fn of_other_plan(&self, description: &Description) -> EnsembleError {
+        let there = Self::described(&self.folder).ok().flatten().unwrap_or_default();
+        let differences = description.plan.differences(&there.plan);
+        EnsembleError::OtherPlan { path: self.folder.clone(), differences }
+    }
+
+    pub(crate) fn digest(&self) -> u64 {
+        self.digest
     }
 
     /// The blocks of a folder whose plan is known.
@@ -79,7 +83,8 @@ impl Blocks {
     pub(crate) fn described(folder: &Path) -> Result<Option<Description>, EnsembleError> {
         let path = folder.join(PLAN);
         match fs::read_to_string(&path) {
-            Ok(text) => Ok(Some(Description::from_text(&text))),
+            // One that was cut off is none: it is written again.
+            Ok(text) => Ok(Description::from_text(&text)),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
             Err(error) => Err(EnsembleError::Unreadable { path, problem: error.to_string() }),
         }
@@ -109,23 +114,43 @@ impl Blocks {
     pub(crate) fn load(&self, block: usize) -> Result<Found, EnsembleError> {
         let path = self.path(block);
         match fs::read(&path) {
-            Ok(bytes) => Ok(self.rows_in(block, &bytes).map_or(Found::Damaged, Found::Rows)),
+            Ok(bytes) => match self.plan_of(&bytes) {
+                Some(there) if there != self.digest => {
+                    let text = |digest: u64| Some(format!("the one with digest {digest:016x}"));
+                    let (name, here) = ("plan".into(), text(self.digest));
+                    let differences = vec![PlanDifference { name, there: text(there), here }];
+                    Err(EnsembleError::OtherPlan { path, differences })
+                }
+                _ => Ok(self.rows_in(block, &bytes).map_or(Found::Damaged, Found::Rows)),
+            },
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Found::Nothing),
             Err(error) => Err(EnsembleError::Unreadable { path, problem: error.to_string() }),
         }
     }
 
-    /// Removes the folder with what this crate wrote into it.
-    pub(crate) fn remove(&self) -> Result<(), EnsembleError> {
+    /// Removes the folder of a table that is complete. One of another plan stays: its runs are in no other file.
+    pub(crate) fn remove_if_ours(&self, description: &Description) -> Result<(), EnsembleError> {
+        match Self::described(&self.folder)? {
+            Some(there) if description.plan.differences(&there.plan).is_empty() => self.remove(),
+            Some(_) => Ok(()),
+            None => {
+                // The plan goes last, so a folder without one is empty, or not ours.
+                let _ = fs::remove_dir(&self.folder);
+                Ok(())
+            }
+        }
+    }
+
+    /// Removes the folder with what this crate wrote into it, the plan last.
+    fn remove(&self) -> Result<(), EnsembleError> {
         let failed = |source| FileError { path: self.folder.clone(), action: "remove", source };
         for entry in fs::read_dir(&self.folder).map_err(failed)? {
             let path = entry.map_err(failed)?.path();
-            let is_ours = path.file_name().is_some_and(|name| name == PLAN)
-                || path.extension().is_some_and(|of| of == ENDING || of == PART);
-            if is_ours {
+            if path.extension().is_some_and(|of| of == ENDING || of == PART) {
                 fs::remove_file(path).map_err(failed)?;
             }
         }
+        fs::remove_file(self.folder.join(PLAN)).map_err(failed)?;
         // What a user has put there stays, and the folder with it.
         let _ = fs::remove_dir(&self.folder);
         Ok(())
@@ -146,6 +171,14 @@ impl Blocks {
         let sum = of_bytes(&bytes);
         bytes.extend_from_slice(&sum.to_le_bytes());
         bytes
+    }
+
+    /// The digest of the plan of a block; `None` if it is damaged.
+    fn plan_of(&self, bytes: &[u8]) -> Option<u64> {
+        let (content, sum) = bytes.split_last_chunk::<8>()?;
+        let mut reader = Reader(content);
+        let is_whole = of_bytes(content) == u64::from_le_bytes(*sum) && reader.take(MAGIC.len())? == MAGIC;
+        is_whole.then(|| reader.word())?
     }
 
     /// The rows of a block; `None` if the bytes are not this block of this plan.
@@ -229,5 +262,7 @@ mod tests {
         assert!(blocks.rows_in(0, &bytes).is_none());
         let other = Blocks { digest: 43, ..blocks };
         assert!(other.rows_in(1, &bytes).is_none());
+        // Another plan is told from damage.
+        assert_eq!((other.plan_of(&bytes), other.plan_of(&bytes[1..])), (Some(42), None));
     }
 }

@@ -3,6 +3,9 @@
 use crate::plan::Plan;
 use crate::rows::{EnsembleColumn, FailedRun};
 
+/// The last part of a text, which is empty: without it the text was cut off.
+const END: &str = "end";
+
 /// The plan, the columns and the failures of a table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Description {
@@ -59,17 +62,19 @@ impl Description {
         self.failed
             .iter()
             .for_each(|FailedRun { run, message }| failed.note(run.to_string(), message.clone()));
-        let failed = ("failed", failed.to_text());
-        self.parts().into_iter().chain([failed]).map(|(name, part)| format!("# {name}\n{part}")).collect()
+        let (failed, end) = (("failed", failed.to_text()), (END, String::new()));
+        let parts = self.parts().into_iter().chain([failed, end]);
+        parts.map(|(name, part)| format!("# {name}\n{part}")).collect()
     }
 
-    /// Of such a text.
-    pub(crate) fn from_text(text: &str) -> Self {
-        // Other lines do not begin so: names have no spaces.
+    /// Of such a text; `None` if it was cut off.
+    pub(crate) fn from_text(text: &str) -> Option<Self> {
+        // Other lines do not begin so: plans escape it.
+        let text = text.strip_suffix(&format!("# {END}\n"))?;
         let parts =
             text.strip_prefix("# ").unwrap_or("").split("\n# ").filter_map(|part| part.split_once('\n'));
         let parts: Vec<(String, String)> = parts.map(|(name, part)| (name.into(), part.into())).collect();
-        Self::from_parts(&parts)
+        Some(Self::from_parts(&parts))
     }
 }
 
@@ -87,13 +92,22 @@ mod tests {
             unit: unit.into(),
             is_input,
         };
-        let columns = vec![column("m1", "kg", true), column("flips = at", "", false)];
+        let names = ["m1", "flips = at", "E = T+V", "# of flips", "plan", "a \\ b", "two\nlines", "x, [y]"];
+        let columns: Vec<EnsembleColumn> =
+            names.iter().map(|name| column(name, "kg = x, [m]", *name == "m1")).collect();
         let failed = vec![FailedRun { run: 7, message: "stopped, at t = 3".into() }];
         let whole = Description { plan, columns, runs: 12, failed };
-        let read = Description::from_text(&whole.to_text());
-        assert_eq!(read.plan, whole.plan);
-        assert_eq!((read.runs, read.failed), (12, whole.failed));
-        assert_eq!(read.columns[0], whole.columns[0]);
-        assert_eq!(Description::from_text("").columns, []);
+        assert_eq!(Description::from_text(&whole.to_text()), Some(whole.clone()));
+        // Without failures the parts at the end are empty.
+        let whole = Description { failed: Vec::new(), ..whole };
+        assert_eq!(Description::from_text(&whole.to_text()), Some(whole.clone()));
+    }
+
+    #[test]
+    fn texts_that_were_cut_off_are_none() {
+        let text = Description { runs: 3, ..Description::default() }.to_text();
+        for length in 0..text.len() {
+            assert_eq!(Description::from_text(&text[..length]), None, "{length}");
+        }
     }
 }

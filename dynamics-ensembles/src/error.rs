@@ -7,6 +7,7 @@ use dynamics_view::file::FileError;
 
 use crate::inputs::InputError;
 use crate::plan::PlanDifference;
+use crate::rows::FailedRun;
 
 /// Why there is no ensemble. A run that fails is no reason, unless `.fail_fast()` asks for it.
 #[derive(thiserror::Error)]
@@ -31,6 +32,17 @@ pub enum EnsembleError {
     ColumnTwice {
         /// The name.
         name: String,
+    },
+    /// A column of the table has the name of the one that says which runs failed.
+    #[error(
+        "files that end with `.{ending}` say in a column `{name}` which runs failed; give the number that is \
+         kept another name, or write another kind of file"
+    )]
+    ColumnReserved {
+        /// The name.
+        name: &'static str,
+        /// The ending of the file.
+        ending: &'static str,
     },
     /// No column of a table has this name.
     #[error("the table has no column `{name}`{}; it has {}", near(.nearest), listed(.columns))]
@@ -180,6 +192,15 @@ pub enum EnsembleError {
         /// The column.
         column: String,
     },
+    /// A number that is the same in nearly all runs.
+    #[error(
+        "`{column}` is the same in nearly all runs, too many for intervals of the importance; make more runs, or \
+         widen the inputs"
+    )]
+    NearlyConstant {
+        /// The column.
+        column: String,
+    },
     /// The cores cannot be had.
     #[error("the threads cannot be started ({0}); ask for fewer with `Cores::threads(..)`")]
     Threads(String),
@@ -195,6 +216,12 @@ pub enum EnsembleError {
 }
 
 dynamics_runtime::sentence_for_debugging!(EnsembleError);
+
+impl From<FailedRun> for EnsembleError {
+    fn from(FailedRun { run, message }: FailedRun) -> Self {
+        Self::Run { run, message }
+    }
+}
 
 fn near(nearest: &Option<String>) -> String {
     nearest.as_ref().map_or(String::new(), |near| format!(" (did you mean `{near}`?)"))

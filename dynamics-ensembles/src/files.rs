@@ -14,15 +14,16 @@ mod npy;
 mod parquet;
 
 use std::fs;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use dynamics_view::file::FileError;
 
 use crate::description::Description;
 use crate::error::EnsembleError;
-use crate::rows::{FailedRun, Rows};
-use crate::whole_file::{part_of, write_whole};
+use crate::plan::Plan;
+use crate::rows::{EnsembleColumn, FailedRun, Rows};
+use crate::whole_file::{name_whole, part_of, sync_names_beside, write_whole};
 
 /// The format of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,21 +66,55 @@ impl FileFormat {
         }
     }
 
+    /// Whether the file is there and has the runs of a plan; an error where it is another one, which is never
+    /// overwritten.
+    pub(crate) fn is_there(self, path: &Path, plan: &Plan) -> Result<bool, EnsembleError> {
+        let Some(there) = self.describe(path)? else { return Ok(false) };
+        match plan.differences(&there.plan) {
+            none if none.is_empty() => Ok(true),
+            differences => Err(EnsembleError::OtherPlan { path: path.into(), differences }),
+        }
+    }
+
+    /// Checks that no column has the name of the one that says which runs failed.
+    pub(crate) fn check_names(self, columns: &[EnsembleColumn]) -> Result<(), EnsembleError> {
+        let (ending, own) = match self {
+            Self::Csv => ("csv", csv::REASON),
+            Self::Npy => ("npy", npy::FAILED),
+            #[cfg(feature = "parquet")]
+            Self::Parquet => ("parquet", parquet::REASON),
+        };
+        let head = |column: &EnsembleColumn| match self {
+            Self::Csv => column.head(),
+            _ => column.name.clone(),
+        };
+        match columns.iter().any(|column| head(column) == own) {
+            true => Err(EnsembleError::ColumnReserved { name: own, ending }),
+            false => Ok(()),
+        }
+    }
+
     /// What is known of the file: `None` if there is none.
     pub(crate) fn describe(self, path: &Path) -> Result<Option<Description>, EnsembleError> {
-        if !path.exists() {
+        let unreadable =
+            |path: &Path, problem: String| EnsembleError::Unreadable { path: path.into(), problem };
+        if !path.try_exists().map_err(|error| unreadable(path, error.to_string()))? {
             return Ok(None);
         }
         let unknown = || EnsembleError::Unknown { path: path.into() };
         match self {
             Self::Csv | Self::Npy => {
-                let text = fs::read_to_string(beside(path)).map_err(|_| unknown())?;
-                Ok(Some(Description::from_text(&text)))
+                let plan = beside(path);
+                let text = fs::read_to_string(&plan).map_err(|error| match error.kind() {
+                    ErrorKind::NotFound => unknown(),
+                    _ => unreadable(&plan, error.to_string()),
+                })?;
+                Description::from_text(&text).ok_or_else(unknown).map(Some)
             }
             #[cfg(feature = "parquet")]
             Self::Parquet => {
-                let unreadable = |problem| EnsembleError::Unreadable { path: path.into(), problem };
-                parquet::describe(path).map_err(unreadable)?.ok_or_else(unknown).map(Some)
+                let described = parquet::describe(path).map_err(|problem| unreadable(path, problem))?;
+                described.ok_or_else(unknown).map(Some)
             }
         }
     }
@@ -120,7 +155,7 @@ pub(crate) struct TableWriter {
 }
 
 impl TableWriter {
-    /// Begins a file; folders that it needs are made. What is not complete lies in `folder`, from which it is
+    /// Begins a file; folders that it needs are made. A file of another plan is left as it is. What is not complete lies in `folder`, from which it is
     /// removed with the blocks, or, without one, beside the file.
     pub(crate) fn create(
         path: &Path,
@@ -128,6 +163,8 @@ impl TableWriter {
         description: Description,
     ) -> Result<Self, EnsembleError> {
         let format = FileFormat::of(path)?;
+        format.check_names(&description.columns)?;
+        format.is_there(path, &description.plan)?;
         if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
             fs::create_dir_all(folder).map_err(|source| failed("create the folder", folder, source))?;
         }
@@ -182,21 +219,30 @@ impl TableWriter {
     /// Ends the file and gives it its name.
     pub(crate) fn finish(self) -> Result<(), EnsembleError> {
         let Self { path, part, description, body } = self;
+        let not_named = |source| failed("write", &path, source);
         match body {
-            Body::Bytes(mut file) => {
-                file.flush().map_err(|source| failed("write", &part, source))?;
-                // First what lies beside it: a table is never without its plan.
+            Body::Bytes(file) => {
+                let file = file.into_inner().map_err(|error| failed("write", &part, error.into_error()))?;
+                // Rows of an earlier call go first: they are never beside the plan of this one.
+                match fs::remove_file(&path) {
+                    Err(error) if error.kind() != ErrorKind::NotFound => return Err(not_named(error)),
+                    _ => {}
+                }
+                // Then what lies beside it: a table is never without its plan.
                 let beside = beside(&path);
                 let folder = part.parent().unwrap_or(Path::new(""));
                 write_whole(&beside, folder, description.to_text().as_bytes())
                     .map_err(|source| failed("write", &beside, source))?;
+                name_whole(&file, &part, &path).map_err(not_named)?;
             }
             #[cfg(feature = "parquet")]
             Body::Columns(writer) => {
-                writer.finish(&description).map_err(|error| not_written(&part, error))?
+                let file = writer.finish(&description).map_err(|error| not_written(&part, error))?;
+                let file = file.into_inner().map_err(|error| failed("write", &part, error.into_error()))?;
+                name_whole(&file, &part, &path).map_err(not_named)?;
             }
         }
-        fs::rename(&part, &path).map_err(|source| failed("write", &path, source))
+        sync_names_beside(&path).map_err(not_named)
     }
 }
 

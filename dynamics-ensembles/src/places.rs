@@ -12,6 +12,7 @@ pub use cores::Cores;
 pub use mpi::Mpi;
 
 use std::ops::Range;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use dynamics_analysis::shared::{ProgressBar, cores as all_cores, shared, side_by_side_length};
@@ -36,12 +37,21 @@ pub trait Place {
     /// The value of the main process, in all processes.
     #[doc(hidden)]
     fn of_main(&self, value: u64) -> u64;
-    /// An error in all processes if there is one in any.
+    /// The first process that reports a failure, in all processes. All of them have to call it.
     #[doc(hidden)]
-    fn all_or_none(&self, result: Result<(), EnsembleError>) -> Result<(), EnsembleError>;
+    fn first_failed(&self, is_failed: bool) -> Option<usize>;
     /// Makes the blocks of a job that are missing.
     #[doc(hidden)]
     fn make(&self, job: &Job<'_>) -> Result<Made, EnsembleError>;
+}
+
+/// A result in all processes, or an error in all of them if there is one in any: none waits for another that
+/// has returned.
+pub(crate) fn agreed<T>(place: &dyn Place, result: Result<T, EnsembleError>) -> Result<T, EnsembleError> {
+    match (place.first_failed(result.is_err()), result) {
+        (Some(rank), Ok(_)) => Err(EnsembleError::Rank { rank }),
+        (_, result) => result,
+    }
 }
 
 /// Where an ensemble of a model runs: a [`Place`]; with the features `cuda` and `wgpu` a card, or the result of
@@ -128,14 +138,15 @@ impl Job<'_> {
     pub(crate) fn missing(&self) -> Result<Missing, EnsembleError> {
         let (mut blocks, mut damaged) = (Vec::new(), 0);
         for block in &self.wanted {
-            let found = self.blocks.map_or(Ok(Found::Nothing), |blocks| blocks.load(*block))?;
-            match found {
-                Found::Rows(rows) => {
-                    self.check_inputs(&rows)?;
-                    continue;
+            if let Some(of) = self.blocks {
+                match of.load(*block)? {
+                    Found::Rows(rows) => {
+                        self.check(&rows, of.folder())?;
+                        continue;
+                    }
+                    Found::Nothing => {}
+                    Found::Damaged => damaged += 1,
                 }
-                Found::Nothing => {}
-                Found::Damaged => damaged += 1,
             }
             blocks.push(*block);
         }
@@ -143,25 +154,31 @@ impl Job<'_> {
         Ok(Missing { blocks, runs, damaged })
     }
 
-    /// Checks that the inputs of a block are those of this ensemble, at its first, its middle and its last
-    /// run: a plan may say little of a closure that makes them.
-    fn check_inputs(&self, rows: &Rows) -> Result<(), EnsembleError> {
+    /// Checks rows that are in files: their inputs must be those of this ensemble at the first, the middle and
+    /// the last run of each block, since a plan may say little of a closure that makes them. With
+    /// `.fail_fast()` a failure among them is an error, as if it were made now.
+    pub(crate) fn check(&self, rows: &Rows, path: &Path) -> Result<(), EnsembleError> {
         let width = rows.values.len() / rows.runs.len().max(1);
-        let places = [0, rows.runs.len() / 2, rows.runs.len().saturating_sub(1)];
-        for (place, row) in places.into_iter().zip(places.map(|place| rows.values.chunks(width).nth(place))) {
-            let Some(row) = row else { continue };
-            let run = rows.runs.start + place;
-            let mut here = row.to_vec();
-            self.maker.inputs(run, &mut here);
-            if let Some(k) = (0..width).find(|k| here[*k].to_bits() != row[*k].to_bits()) {
-                let text = |row: &[f64]| Some(dynamics_view::text::exact(row[k]));
-                let name = format!("input {k} of run {run}");
-                let differences = vec![PlanDifference { name, there: text(row), here: text(&here) }];
-                let path = self.blocks.map_or(std::path::PathBuf::new(), |blocks| blocks.folder().into());
-                return Err(EnsembleError::OtherPlan { path, differences });
+        for block in rows.runs.start / self.partition.block..rows.runs.end.div_ceil(self.partition.block) {
+            let runs = self.partition.runs_of(block);
+            for run in [runs.start, runs.start + runs.len() / 2, runs.end - 1] {
+                let row = rows.values.chunks(width).nth(run - rows.runs.start);
+                row.map_or(Ok(()), |row| self.check_inputs(run, row, path))?;
             }
         }
-        Ok(())
+        rows.failed.first().filter(|_| self.fail_fast).map_or(Ok(()), |failed| Err(failed.clone().into()))
+    }
+
+    fn check_inputs(&self, run: usize, row: &[f64], path: &Path) -> Result<(), EnsembleError> {
+        let mut here = row.to_vec();
+        self.maker.inputs(run, &mut here);
+        let differs =
+            |k: &usize| here[*k].to_bits() != row[*k].to_bits() && !(here[*k].is_nan() && row[*k].is_nan());
+        let Some(k) = (0..row.len()).find(differs) else { return Ok(()) };
+        let text = |row: &[f64]| Some(dynamics_view::text::exact(row[k]));
+        let name = format!("input {k} of run {run}");
+        let differences = vec![PlanDifference { name, there: text(row), here: text(&here) }];
+        Err(EnsembleError::OtherPlan { path: path.into(), differences })
     }
 
     /// A bar for these runs, if this process shows one.
@@ -269,7 +286,7 @@ impl Job<'_> {
         match rows.failed.first() {
             Some(failed) if self.fail_fast => {
                 self.stopped.store(true, Ordering::Relaxed);
-                Err(EnsembleError::Run { run: failed.run, message: failed.message.clone() })
+                Err(failed.clone().into())
             }
             _ => Ok(Some(rows)),
         }

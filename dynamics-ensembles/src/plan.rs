@@ -25,8 +25,10 @@ impl Partition {
 /// The lines of a plan with the number of runs and of runs in a block.
 const RUNS: &str = "runs";
 const BLOCK: &str = "runs of a block";
+/// The line of what varies, and what the further lines of the inputs begin with.
+const INPUTS: &str = "inputs";
 
-/// Lines of a name and a text, each name once.
+/// Lines of a name and a text, in their order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Plan(Vec<(String, String)>);
 
@@ -55,11 +57,47 @@ impl std::fmt::Display for PlanDifference {
 
 dynamics_runtime::sentence_for_debugging!(PlanDifference);
 
+/// A text on one line. Escaped, it reads back as it was.
+fn escaped(text: &str) -> String {
+    text.replace('\\', "\\\\").replace('\n', "\\n").replace('\r', "\\r")
+}
+
+/// A name before ` = `, in a line that is no heading.
+fn escaped_name(name: &str) -> String {
+    escaped(name).replace('=', "\\=").replace('#', "\\#")
+}
+
+/// The text that was escaped.
+fn unescaped(text: &str) -> String {
+    let mut plain = String::with_capacity(text.len());
+    let mut letters = text.chars();
+    while let Some(letter) = letters.next() {
+        match letter {
+            '\\' => match letters.next() {
+                Some('n') => plain.push('\n'),
+                Some('r') => plain.push('\r'),
+                other => plain.extend(other),
+            },
+            _ => plain.push(letter),
+        }
+    }
+    plain
+}
+
 impl Plan {
     /// Adds a line.
     pub(crate) fn note(&mut self, name: impl Into<String>, text: impl Into<String>) {
-        let one_line = |text: String| text.replace(['\n', '\r'], " ");
-        self.0.push((one_line(name.into()), one_line(text.into())));
+        self.0.push((name.into(), text.into()));
+    }
+
+    /// Adds a line of the inputs. A generator names its lines itself; they are never taken for others.
+    pub(crate) fn note_of_inputs(&mut self, name: &str, text: String) {
+        self.note(if name == INPUTS { INPUTS.into() } else { format!("{INPUTS}: {name}") }, text);
+    }
+
+    /// The number on a line of the inputs.
+    pub(crate) fn number_of_inputs(&self, name: &str) -> Option<usize> {
+        self.number(&format!("{INPUTS}: {name}"))
     }
 
     /// Adds the lines of a partition.
@@ -74,14 +112,14 @@ impl Plan {
         (block > 0).then_some(Partition { runs, block })
     }
 
-    /// The text of a line.
-    pub(crate) fn get(&self, name: &str) -> Option<&str> {
-        self.0.iter().find(|(known, _)| known == name).map(|(_, text)| text.as_str())
-    }
-
     /// The number on a line.
     pub(crate) fn number(&self, name: &str) -> Option<usize> {
-        self.get(name)?.parse().ok()
+        self.texts(name).next()?.parse().ok()
+    }
+
+    /// The texts of all lines with a name.
+    fn texts<'p>(&'p self, name: &str) -> impl Iterator<Item = &'p str> {
+        self.0.iter().filter(move |(known, _)| known == name).map(|(_, text)| text.as_str())
     }
 
     /// The lines: names and texts.
@@ -89,18 +127,19 @@ impl Plan {
         &self.0
     }
 
-    /// The lines as text.
+    /// The lines as text. Different plans have different texts.
     pub(crate) fn to_text(&self) -> String {
         let mut text = String::new();
         for (name, value) in &self.0 {
-            let _ = writeln!(text, "{name} = {value}");
+            let _ = writeln!(text, "{} = {}", escaped_name(name), escaped(value));
         }
         text
     }
 
     /// The plan of a text; lines that are none are left out.
     pub(crate) fn from_text(text: &str) -> Self {
-        let line = |line: &str| line.split_once(" = ").map(|(name, value)| (name.into(), value.into()));
+        let line =
+            |line: &str| line.split_once(" = ").map(|(name, value)| (unescaped(name), unescaped(value)));
         Self(text.lines().filter_map(line).collect())
     }
 
@@ -109,18 +148,36 @@ impl Plan {
         crate::hash::of_bytes(self.to_text().as_bytes())
     }
 
-    /// What differs from the plan of files.
+    /// What differs from the plan of files: nothing only if all lines are the same in the same order, on which
+    /// the order of the runs depends.
     pub(crate) fn differences(&self, there: &Self) -> Vec<PlanDifference> {
-        let of = |name: &str, plan: &Self| plan.get(name).map(str::to_owned);
-        let names = self.0.iter().chain(there.0.iter().filter(|(name, _)| self.get(name).is_none()));
-        names
-            .filter(|(name, _)| self.get(name) != there.get(name))
-            .map(|(name, _)| PlanDifference {
-                name: name.clone(),
-                there: of(name, there),
-                here: of(name, self),
-            })
-            .collect()
+        if self == there {
+            return Vec::new();
+        }
+        let of = |name: &str, plan: &Self| {
+            let texts: Vec<String> = plan.texts(name).map(escaped).collect();
+            (!texts.is_empty()).then(|| texts.join(" and "))
+        };
+        let mut names: Vec<&str> = Vec::new();
+        for (name, _) in self.0.iter().chain(&there.0) {
+            if !names.contains(&name.as_str()) {
+                names.push(name);
+            }
+        }
+        names.retain(|name| !self.texts(name).eq(there.texts(name)));
+        let found: Vec<PlanDifference> = names
+            .into_iter()
+            .map(|name| PlanDifference { name: name.into(), there: of(name, there), here: of(name, self) })
+            .collect();
+        if !found.is_empty() {
+            return found;
+        }
+        // The same lines in another order.
+        let first = (0..self.0.len()).find(|k| self.0[*k] != there.0[*k]).unwrap_or(0);
+        let before =
+            |plan: &Self, other: &Self| Some(format!("`{}` before `{}`", plan.0[first].0, other.0[first].0));
+        let (here_first, there_first) = (before(self, there), before(there, self));
+        vec![PlanDifference { name: "order".into(), there: there_first, here: here_first }]
     }
 }
 
@@ -141,11 +198,58 @@ mod tests {
             texts,
             [
                 "`parameter m1` is 2 there and 1.5 here",
-                "`option until` is not set there and 30 and a line here",
+                "`option until` is not set there and 30\\nand a line here",
                 "`option max_step` is 0.1 there and not set here",
             ]
         );
         assert!(here.differences(&here).is_empty());
         assert_ne!(here.digest(), there.digest());
+    }
+
+    fn plan(lines: &[(&str, &str)]) -> Plan {
+        Plan(lines.iter().map(|(name, text)| ((*name).into(), (*text).into())).collect())
+    }
+
+    /// Two plans are the same where their digests are: order and repeated lines count.
+    #[test]
+    fn order_and_repeated_lines_count() {
+        let here = plan(&[("model", "A"), ("varies a", "1 2"), ("varies b", "3 4")]);
+        let swapped = plan(&[("model", "A"), ("varies b", "3 4"), ("varies a", "1 2")]);
+        let found = here.differences(&swapped);
+        assert_eq!(
+            found.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            ["`order` is `varies b` before `varies a` there and `varies a` before `varies b` here"]
+        );
+        let once = plan(&[("at top", "Rising")]);
+        let twice = plan(&[("at top", "Rising"), ("at top", "Rising")]);
+        assert_eq!(
+            twice.differences(&once).iter().map(ToString::to_string).collect::<Vec<_>>(),
+            ["`at top` is Rising there and Rising and Rising here"]
+        );
+        assert_ne!(once.digest(), twice.digest());
+    }
+
+    #[test]
+    fn every_name_and_every_text_reads_back() {
+        let parts =
+            ["", "y = 0", "# of flips", " # x", "a\\", "\\n", "a\nb", "a\r", "E = T+V", " = ", "\\= b", "#"];
+        for name in parts {
+            for text in parts {
+                let whole = plan(&[("before", "1"), (name, text), ("after", "2")]);
+                assert_eq!(Plan::from_text(&whole.to_text()), whole, "{name:?} {text:?}");
+            }
+        }
+    }
+
+    /// Lines of a generator are not taken for those of the plan itself.
+    #[test]
+    fn lines_of_inputs_are_their_own() {
+        let mut whole = Plan::default();
+        whole.note_of_inputs("runs", "7".into());
+        whole.note_of_inputs("inputs", "by halves".into());
+        whole.note_partition(Partition { runs: 12, block: 4 });
+        assert_eq!(whole.partition(), Some(Partition { runs: 12, block: 4 }));
+        assert_eq!(whole.number_of_inputs("runs"), Some(7));
+        assert!(whole.to_text().contains("inputs = by halves"));
     }
 }

@@ -126,9 +126,11 @@ impl<'m, M: Simulate + Parameters + Clone> Runs<'m, M> {
     }
 }
 
-/// The first line of what happened: the state follows in further lines, for which a table has no room.
+/// The first line of what happened: the state follows in further lines, for which a table has no room. In a file
+/// a failure without a reason would be none.
 fn first_line(failure: &RunFailure) -> String {
-    failure.message.lines().next().unwrap_or_default().trim_end().to_owned()
+    let first = failure.message.lines().map(str::trim).find(|line| !line.is_empty());
+    first.unwrap_or("it failed and gave no reason").to_owned()
 }
 
 impl<M: Simulate + Parameters + Clone + Sync> MakesRows for Runs<'_, M> {
@@ -187,5 +189,22 @@ impl<M: Simulate + Parameters + Clone + Sync> MakesRows for Runs<'_, M> {
 
     fn is_in_lanes(&self) -> bool {
         self.made_alone_because().is_none()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_failure_has_a_reason() {
+        for (message, line) in [
+            ("stopped at 3\nand more", "stopped at 3"),
+            ("\n  stopped ", "stopped"),
+            ("", "it failed and gave no reason"),
+            (" \n\r\n", "it failed and gave no reason"),
+        ] {
+            assert_eq!(first_line(&RunFailure::new(message)), line, "{message:?}");
+        }
     }
 }

@@ -48,7 +48,7 @@ pub fn merge_shards(path: impl AsRef<Path>, ranks: usize) -> Result<Merged, Ense
 ///
 /// # Errors
 /// Folders of different plans, which are told apart by what differs; runs that no folder has; common runs
-/// that differ; files that cannot be read or written.
+/// that differ; files that cannot be read or written; a file that is there already with other runs.
 pub fn merge<P: AsRef<Path>>(
     folders: impl IntoIterator<Item = P>,
     to: impl AsRef<Path>,

@@ -27,11 +27,20 @@ pub struct EnsembleTable {
 impl EnsembleTable {
     pub(crate) fn new(description: Description, parts: Vec<Rows>, mut report: EnsembleReport) -> Self {
         let mut table = Self { description, parts: Vec::new(), report: report.clone() };
-        for part in parts {
+        let mut rest: usize = parts.iter().map(|part| part.values.len()).sum();
+        for mut part in parts {
+            let length = part.values.len();
             match table.parts.last_mut() {
                 Some(last) if last.runs.end == part.runs.start => last.append(part),
-                _ => table.parts.push(part),
+                before => {
+                    if before.is_none() {
+                        // Most tables are one stretch.
+                        part.values.reserve_exact(rest - length);
+                    }
+                    table.parts.push(part);
+                }
             }
+            rest -= length;
         }
         let failed: Vec<FailedRun> =
             table.parts.iter().flat_map(|part| part.failed.iter().cloned()).collect();
@@ -150,7 +159,8 @@ impl EnsembleTable {
     /// An unknown name, other runs, a shard, too few groups without failure, a number that does not vary.
     pub fn importance(&self, name: &str) -> Result<Importance, EnsembleError> {
         let place = self.place(name)?;
-        let length = self.description.plan.number(RUNS_OF_GROUP).ok_or(EnsembleError::NotForImportance)?;
+        let length =
+            self.description.plan.number_of_inputs(RUNS_OF_GROUP).ok_or(EnsembleError::NotForImportance)?;
         let inputs: Vec<String> = self
             .columns()
             .iter()
@@ -160,6 +170,8 @@ impl EnsembleTable {
         if length != inputs.len() + 2 || self.len() != self.description.runs {
             return Err(EnsembleError::NotForImportance);
         }
+        // Numbers that are not finite are no failures, here as in means.
+        self.finite(name)?;
         let values: Vec<f64> = self.rows().map(|(_, row)| row[place]).collect();
         Importance::of_groups(name, &inputs, &values)
     }
@@ -167,7 +179,8 @@ impl EnsembleTable {
     /// Writes the table to another file: `.csv`, `.npy` or, with the feature `parquet`, `.parquet`.
     ///
     /// # Errors
-    /// Another ending, the table of a shard, a file that cannot be written.
+    /// Another ending, the table of a shard, a file that cannot be written or that is there already with other
+    /// runs.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), EnsembleError> {
         if self.len() != self.description.runs {
             return Err(EnsembleError::PartOfTable);
@@ -177,10 +190,11 @@ impl EnsembleTable {
         let width = self.columns().len();
         let rows_of = |block: usize| {
             let runs = partition.runs_of(block);
-            let of_block = |failed: &&FailedRun| runs.contains(&failed.run);
+            // Failures are in the order of their runs.
+            let before = |run: usize| all.failed.partition_point(|failed| failed.run < run);
             Ok(Rows {
                 values: all.values[runs.start * width..runs.end * width].to_vec(),
-                failed: all.failed.iter().filter(of_block).cloned().collect(),
+                failed: all.failed[before(runs.start)..before(runs.end)].to_vec(),
                 runs,
             })
         };

@@ -11,9 +11,10 @@ use super::Ensemble;
 use super::planning::{Planned, Rest};
 use crate::assembly::{assemble, load_all};
 use crate::blocks::Blocks;
+use crate::description::Description;
 use crate::error::EnsembleError;
 use crate::files::FileFormat;
-use crate::places::{Job, Made};
+use crate::places::{Job, Made, agreed};
 use crate::report::EnsembleReport;
 use crate::shards;
 use crate::table::EnsembleTable;
@@ -24,17 +25,13 @@ impl<M: Simulate + Parameters + Clone + Sync> Ensemble<'_, M> {
     /// # Errors
     /// Names that are unknown, values and options that cannot be, files that cannot be written or belong to
     /// another plan. A run that fails is a row with its reason, unless [`Ensemble::fail_fast`] is set.
-    pub fn run(self) -> Result<EnsembleTable, EnsembleError> {
+    pub fn run(mut self) -> Result<EnsembleTable, EnsembleError> {
         let begun = Instant::now();
-        let (planned, rest) = self.planned()?;
-        let divided = rest.place.is_divided();
-        let who = if divided { "running on several ranks" } else { "a shard" };
-        if divided && rest.shard.is_some() {
-            return Err(EnsembleError::ShardTwice { who });
-        }
+        let mut rest = self.rest();
+        let planned = self.planned(&mut rest);
+        let planned = agreed(&*rest.place, planned)?;
         let result = match rest.path.clone() {
             Some(path) => run_to(&planned, &rest, &path, begun),
-            None if divided || rest.shard.is_some() => Err(EnsembleError::NoFile { who }),
             None => {
                 let made = rest.place.make(&planned.job(&rest, None))?;
                 let report = planned.report(&rest, &made, begun);
@@ -55,60 +52,62 @@ fn run_to<M: Simulate + Parameters + Clone + Sync>(
     path: &Path,
     begun: Instant,
 ) -> Result<EnsembleTable, EnsembleError> {
-    let place = &rest.place;
+    let place = &*rest.place;
     let format = FileFormat::of(path)?;
+    let description = &planned.description;
     let folder = match rest.shard {
         Some((rank, ranks)) => shards::folder(path, rank, ranks),
         None => blocks_beside(path),
     };
+    let blocks = Blocks::of_plan(folder, description, planned.partition);
+    let job = planned.job(rest, Some(&blocks));
     if rest.shard.is_none() {
-        let there = place.is_main().then(|| complete(planned, format, path)).transpose();
-        let is_there = place.of_main(u64::from(matches!(there, Ok(Some(true)))));
-        place.all_or_none(there.map(|_| ()))?;
-        if is_there == 1 {
-            let blocks = Blocks::of_plan(folder, &planned.description, planned.partition);
-            if place.is_main() && blocks.folder().exists() {
-                // The program ended after the file was complete.
-                blocks.remove()?;
+        let is_there = match place.is_main() {
+            true => format.is_there(path, &description.plan),
+            false => Ok(false),
+        };
+        let is_there = agreed(place, is_there)?;
+        if place.of_main(u64::from(is_there)) == 1 {
+            let table = read(description, format, path).and_then(|table| {
+                table.parts.iter().try_for_each(|rows| job.check(rows, path))?;
+                Ok(table)
+            });
+            let table = agreed(place, table)?;
+            if place.is_main() {
+                remove(&blocks, description);
             }
-            return read(planned, format, path);
+            return Ok(table);
         }
     }
-    let opened = Blocks::open(folder, &planned.description, planned.partition);
-    let (blocks, opened) = match opened {
-        Ok(blocks) => (Some(blocks), Ok(())),
-        Err(error) => (None, Err(error)),
-    };
-    place.all_or_none(opened)?;
-    // There are blocks, or the line above has returned.
-    let Some(blocks) = blocks else { return Err(EnsembleError::NoFile { who: "an ensemble" }) };
-    let job = planned.job(rest, Some(&blocks));
-    let (made, done) = match place.make(&job) {
-        Ok(made) => (made, Ok(())),
-        Err(error) => (Made::default(), Err(error)),
-    };
-    place.all_or_none(done)?;
+    // The others look at the plan only when it has been written.
+    let opened = if place.is_main() { blocks.open(description) } else { Ok(()) };
+    agreed(place, opened)?;
+    let is_same = place.of_main(blocks.digest()) == blocks.digest();
+    agreed(place, if is_same { Ok(()) } else { Err(blocks.of_other_plan(description)) })?;
+    let made = agreed(place, place.make(&job))?;
     let mut report = planned.report(rest, &made, begun);
     if rest.shard.is_some() {
         report.written_to = Some(blocks.folder().into());
         let parts = load_all(&blocks, &job.wanted)?;
-        return Ok(EnsembleTable::new(planned.description.clone(), parts, report));
+        return Ok(EnsembleTable::new(description.clone(), parts, report));
     }
     report.written_to = Some(path.into());
-    let assembled = place.is_main().then(|| assemble(&blocks, path, &planned.description)).transpose();
-    let (parts, assembled) = match assembled {
-        Ok(parts) => (parts, Ok(())),
-        Err(error) => (None, Err(error)),
-    };
-    place.all_or_none(assembled)?;
-    match parts {
+    let assembled = place.is_main().then(|| assemble(&blocks, path, description)).transpose();
+    let table = match agreed(place, assembled)? {
         Some(parts) => {
-            blocks.remove()?;
-            Ok(EnsembleTable::new(planned.description.clone(), parts, report))
+            remove(&blocks, description);
+            Ok(EnsembleTable::new(description.clone(), parts, report))
         }
-        // Another process has written it.
-        None => read(planned, format, path),
-    }
+        // Rank 0 has written it.
+        None => read(description, format, path),
+    };
+    agreed(place, table)
+}
+
+/// Removes the blocks of a file that is complete. Where that fails nothing is lost: the next call, which reads
+/// the file, tries again.
+fn remove(blocks: &Blocks, description: &Description) {
+    let _ = blocks.remove_if_ours(description);
 }
 
 /// The folder with the blocks of a file.
@@ -118,28 +117,15 @@ fn blocks_beside(path: &Path) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// Whether the file is complete; an error where it is that of another plan.
-fn complete<M: Simulate>(
-    planned: &Planned<'_, M>,
-    format: FileFormat,
-    path: &Path,
-) -> Result<bool, EnsembleError> {
-    let Some(there) = format.describe(path)? else { return Ok(false) };
-    let differences = planned.description.plan.differences(&there.plan);
-    if differences.is_empty() {
-        return Ok(true);
+/// The table of a file, which must be that of the plan.
+fn read(description: &Description, format: FileFormat, path: &Path) -> Result<EnsembleTable, EnsembleError> {
+    match format.is_there(path, &description.plan)? {
+        true => EnsembleTable::read(path),
+        false => {
+            let problem = "it was there a moment ago; run the ensemble again".into();
+            Err(EnsembleError::Unreadable { path: path.into(), problem })
+        }
     }
-    Err(EnsembleError::OtherPlan { path: path.into(), differences })
-}
-
-/// The table of a file that is complete.
-fn read<M: Simulate>(
-    planned: &Planned<'_, M>,
-    format: FileFormat,
-    path: &Path,
-) -> Result<EnsembleTable, EnsembleError> {
-    let description = format.describe(path)?.unwrap_or_else(|| planned.description.clone());
-    EnsembleTable::from_file(format, path, description)
 }
 
 impl<M: Simulate + Parameters + Clone + Sync> Planned<'_, M> {

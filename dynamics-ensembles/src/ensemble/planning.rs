@@ -10,7 +10,8 @@ use super::Ensemble;
 use crate::description::Description;
 use crate::equations;
 use crate::error::EnsembleError;
-use crate::places::{Cores, Opened};
+use crate::files::FileFormat;
+use crate::places::Cores;
 use crate::plan::{Partition, Plan};
 use crate::rows::EnsembleColumn;
 use crate::runs::{Kept, Runs};
@@ -25,22 +26,22 @@ pub(crate) struct Planned<'m, M: Simulate> {
 }
 
 impl<'m, M: Simulate + Parameters + Clone> Ensemble<'m, M> {
-    /// Checks what was given, and makes the plan.
-    ///
-    /// The other options are given back, since they do not matter to results.
-    pub(super) fn planned(self) -> Result<(Planned<'m, M>, Rest<'m>), EnsembleError> {
-        let Self { model, start, inputs, until, tolerance, options, kept, columns, label, .. } = self;
-        let Opened { place, elsewhere } = self.place;
-        let mut rest = Rest {
+    /// Takes the options on which results do not depend.
+    pub(super) fn rest(&mut self) -> Rest<'m> {
+        Rest {
             shard: self.shard,
-            path: self.path,
+            path: self.path.take(),
             fail_fast: self.fail_fast,
             progress: self.progress,
-            place,
-        };
-        if let Some((rank, ranks)) = rest.shard.filter(|(rank, ranks)| rank >= ranks) {
-            return Err(EnsembleError::Shard { rank, ranks });
+            place: std::mem::replace(&mut self.place.place, Box::new(Cores::default())),
         }
+    }
+
+    /// Checks what was given, and makes the plan.
+    pub(super) fn planned(self, rest: &mut Rest<'m>) -> Result<Planned<'m, M>, EnsembleError> {
+        let Self { model, start, inputs, until, tolerance, options, kept, columns, label, .. } = self;
+        let elsewhere = self.place.elsewhere;
+        rest.check()?;
         if self.block == 0 {
             return Err(EnsembleError::EmptyBlock);
         }
@@ -74,6 +75,9 @@ impl<'m, M: Simulate + Parameters + Clone> Ensemble<'m, M> {
         if let Some(name) = twice(&all) {
             return Err(EnsembleError::ColumnTwice { name });
         }
+        if let Some(path) = &rest.path {
+            FileFormat::of(path)?.check_names(&all)?;
+        }
         let width = all.len();
         let mut runs =
             Runs { model, start, inputs, variables, until, tolerance, options, kept, width, elsewhere };
@@ -89,7 +93,7 @@ impl<'m, M: Simulate + Parameters + Clone> Ensemble<'m, M> {
         };
         let plan = plan_of(&runs, &all, partition, alone.is_none(), label);
         let description = Description { plan, columns: all, runs: partition.runs, failed: Vec::new() };
-        Ok((Planned { runs, description, partition, way }, rest))
+        Ok(Planned { runs, description, partition, way })
     }
 }
 
@@ -100,6 +104,21 @@ pub(super) struct Rest<'m> {
     pub(super) fail_fast: bool,
     pub(super) progress: bool,
     pub(super) place: Box<dyn crate::places::Place + 'm>,
+}
+
+impl Rest<'_> {
+    fn check(&self) -> Result<(), EnsembleError> {
+        let is_divided = self.place.is_divided();
+        let who = if is_divided { "running on several ranks" } else { "a shard" };
+        match self.shard {
+            Some((rank, ranks)) if rank >= ranks => Err(EnsembleError::Shard { rank, ranks }),
+            Some(_) if is_divided => Err(EnsembleError::ShardTwice { who }),
+            shard if self.path.is_none() && (is_divided || shard.is_some()) => {
+                Err(EnsembleError::NoFile { who })
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// The column of an input.
@@ -165,7 +184,7 @@ fn plan_of<M: Simulate + Parameters + Clone>(
     }
     let kept = columns.iter().filter(|column| !column.is_input).map(EnsembleColumn::head);
     plan.note("keeps", kept.collect::<Vec<_>>().join(", "));
-    runs.inputs.plan().into_iter().for_each(|(name, text)| plan.note(name, text));
+    runs.inputs.plan().into_iter().for_each(|(name, text)| plan.note_of_inputs(&name, text));
     plan.note_partition(partition);
     plan
 }

@@ -9,13 +9,17 @@ use dynamics_view::text::quoted;
 use crate::description::Description;
 use crate::rows::{FailedRun, Rows};
 
+/// The column with the reasons of failures.
+pub(super) const REASON: &str = "error";
+
 pub(super) fn head(description: &Description) -> Vec<u8> {
     let mut head = String::new();
     for column in &description.columns {
         head += &quoted(column.head());
         head.push(',');
     }
-    head += "error\n";
+    head += REASON;
+    head.push('\n');
     head.into_bytes()
 }
 

@@ -7,13 +7,16 @@ use crate::rows::Rows;
 /// The multiple of which the head is long.
 const ALIGNMENT: usize = 64;
 
+/// The field that says whether a run failed.
+pub(super) const FAILED: &str = "failed";
+
 pub(super) fn head(description: &Description) -> Vec<u8> {
     let field = |name: &str| format!("'{}'", name.replace('\\', "\\\\").replace('\'', "\\'"));
     let fields: String =
         description.columns.iter().map(|column| format!("({}, '<f8'), ", field(&column.name))).collect();
     let runs = description.runs;
     let text =
-        format!("{{'descr': [{fields}('failed', '|b1')], 'fortran_order': False, 'shape': ({runs},), }}");
+        format!("{{'descr': [{fields}('{FAILED}', '|b1')], 'fortran_order': False, 'shape': ({runs},), }}");
     let is_ascii = text.is_ascii();
     let before = if is_ascii { 10 } else { 12 };
     let length = (before + text.len() + 1).next_multiple_of(ALIGNMENT) - before;

@@ -22,7 +22,7 @@ use crate::description::Description;
 use crate::rows::{FailedRun, Rows};
 
 /// The column with the reasons of failures.
-const REASON: &str = "failed_because";
+pub(super) const REASON: &str = "failed_because";
 /// What the keys of the metadata begin with.
 const KEY: &str = "dynamics.";
 
@@ -88,7 +88,7 @@ impl<W: Write + Send> ParquetWriter<W> {
     }
 
     /// Ends the file, with what is known of it.
-    pub(super) fn finish(mut self, description: &Description) -> Result<(), ParquetError> {
+    pub(super) fn finish(mut self, description: &Description) -> Result<W, ParquetError> {
         if !self.group.is_empty() {
             self.end_group(description)?;
         }
@@ -96,8 +96,7 @@ impl<W: Write + Send> ParquetWriter<W> {
             let entry = KeyValue::new(format!("{KEY}{name}"), text);
             self.file.append_key_value_metadata(entry);
         }
-        self.file.close()?;
-        Ok(())
+        self.file.into_inner()
     }
 }
 

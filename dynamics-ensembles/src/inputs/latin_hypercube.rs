@@ -47,7 +47,9 @@ impl LatinHypercube {
     /// The coordinate of a point, between 0 and 1: anywhere in its part.
     pub(super) fn at(&self, index: usize, dimension: usize) -> f64 {
         let within = unit(self.keys[dimension].1, index as u64);
-        (self.part(index, dimension) as f64 + within) / self.count as f64
+        let place = (self.part(index, dimension) as f64 + within) / self.count as f64;
+        // With many points the last part rounds up to 1, where a normal distribution ends.
+        place.min(1.0_f64.next_down())
     }
 }
 
@@ -73,6 +75,32 @@ mod tests {
                 assert!(parts.into_iter().eq(0..count), "{count} {dimension}");
             }
         }
+    }
+
+    /// Of so many points the last place within the last part rounds to 1.
+    #[test]
+    fn the_last_part_ends_below_one() {
+        let count = 1_usize << 52;
+        let cube = LatinHypercube::new(count, 1, 3);
+        // The place of the last part, by the inverse of the network: rounds in reverse.
+        let (keys, mask) = (cube.keys[0].0, (1_u64 << cube.half) - 1);
+        let mut place = count as u64 - 1;
+        let index = loop {
+            let (mut left, mut right) = (place >> cube.half, place & mask);
+            for key in keys.iter().rev() {
+                (left, right) = (right ^ (RandomNumbers(key ^ left).next() & mask), left);
+            }
+            place = left << cube.half | right;
+            if place < count as u64 {
+                break place as usize;
+            }
+        };
+        assert_eq!(cube.part(index, 0), count as u64 - 1);
+        let at_end = (0..64).map(|seed| {
+            let keys = vec![(keys, seed)];
+            LatinHypercube { keys, ..cube.clone() }.at(index, 0)
+        });
+        assert!(at_end.into_iter().all(|x| x > 0.99 && x < 1.0));
     }
 
     /// Inputs are not correlated, nor are they with the number of the run: each correlation has the standard

@@ -43,8 +43,8 @@ impl Place for Card {
         value
     }
 
-    fn all_or_none(&self, result: Result<(), EnsembleError>) -> Result<(), EnsembleError> {
-        result
+    fn first_failed(&self, is_failed: bool) -> Option<usize> {
+        is_failed.then_some(0)
     }
 
     fn make(&self, job: &Job<'_>) -> Result<Made, EnsembleError> {

@@ -215,12 +215,11 @@ impl Place for &Mpi {
         value
     }
 
-    fn all_or_none(&self, result: Result<(), EnsembleError>) -> Result<(), EnsembleError> {
-        let (size, mut failed) = (self.world.size(), 0);
-        let own: Rank = if result.is_ok() { size } else { self.world.rank() };
-        self.world.all_reduce_into(&own, &mut failed, SystemOperation::min());
-        result?;
-        if failed == size { Ok(()) } else { Err(EnsembleError::Rank { rank: failed as usize }) }
+    fn first_failed(&self, is_failed: bool) -> Option<usize> {
+        let (size, mut first) = (self.world.size(), 0);
+        let own: Rank = if is_failed { self.world.rank() } else { size };
+        self.world.all_reduce_into(&own, &mut first, SystemOperation::min());
+        (first < size).then_some(first as usize)
     }
 
     fn make(&self, job: &Job<'_>) -> Result<Made, EnsembleError> {

@@ -15,6 +15,8 @@ use crate::error::EnsembleError;
 
 /// Samples of the bootstrap: the ends of 95 % intervals are then its 25th values from both ends.
 const BOOTSTRAP_SAMPLES: usize = 1000;
+/// Fewest samples in which the number varies: without more of them the ends of intervals would be another part.
+const LEAST_SAMPLES: usize = 990;
 /// Fewest groups: an interval from fewer means nothing.
 const MIN_GROUPS: usize = 16;
 /// A variance below this part of the squared mean is rounding.
@@ -96,6 +98,11 @@ impl Importance {
             drawn.iter_mut().for_each(|group| *group = numbers.below(groups.len()));
             samples.push(Sums::of(&centred, &drawn));
         }
+        // Where the number varies in a few groups only some samples have none of them, and no parts of a variance.
+        samples.retain(|sums| sums.variance > CONSTANT * mean * mean && sums.is_finite());
+        if samples.len() < LEAST_SAMPLES {
+            return Err(EnsembleError::NearlyConstant { column: of.into() });
+        }
         let one = |(i, input): (usize, &String)| ImportanceOfInput {
             input: input.clone(),
             first_order: found.first[i],
@@ -116,6 +123,10 @@ struct Sums {
 }
 
 impl Sums {
+    fn is_finite(&self) -> bool {
+        self.first.iter().chain(&self.total).all(|part| part.is_finite())
+    }
+
     fn of(groups: &[Vec<f64>], drawn: &[usize]) -> Self {
         let inputs = groups[0].len() - 2;
         let (mut first, mut total) = (vec![0.0; inputs], vec![0.0; inputs]);
@@ -145,4 +156,30 @@ fn interval(values: impl Iterator<Item = f64>) -> [f64; 2] {
     sorted.sort_unstable_by(f64::total_cmp);
     let outside = (0.5 * (1.0 - CONFIDENCE) * sorted.len() as f64) as usize;
     [sorted[outside], sorted[sorted.len() - 1 - outside]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Groups of one input, of which some have numbers that vary.
+    fn of(groups: usize, varying: usize) -> Result<Importance, EnsembleError> {
+        let group = |k: usize| if k < varying { [k as f64, 1.0, 2.0 + k as f64] } else { [0.0; 3] };
+        let values: Vec<f64> = (0..groups).flat_map(group).collect();
+        Importance::of_groups("x", &["a".into()], &values)
+    }
+
+    #[test]
+    fn intervals_are_numbers_or_refused() {
+        assert!(matches!(of(16, 0), Err(EnsembleError::Constant { .. })));
+        // Without the one group that varies a sample has no variance.
+        let error = of(16, 1).unwrap_err();
+        assert!(matches!(error, EnsembleError::NearlyConstant { .. }), "{error}");
+        for varying in 5..16 {
+            let found = of(16, varying).unwrap();
+            let input = &found.inputs[0];
+            let ends = input.first_order_interval.into_iter().chain(input.total_interval);
+            assert!(ends.into_iter().all(f64::is_finite), "{varying} {found}");
+        }
+    }
 }
