@@ -90,7 +90,7 @@ pub use typed::{FieldTypes, ModelFields};
 /// What `module!` refers to. Not for use by hand: it changes without notice.
 #[doc(hidden)]
 pub mod __private {
-    pub use crate::argument::set;
+    pub use crate::argument::{plain, set};
     pub use crate::register::{model, shared, stubs};
 }
 
@@ -191,10 +191,10 @@ macro_rules! __fields {
                 name: &str,
                 value: &$crate::pyo3::Bound<'py, $crate::pyo3::PyAny>,
             ) -> $crate::pyo3::PyResult<$crate::pyo3::Bound<'py, $crate::pyo3::PyAny>> {
-                match name {
-                    $(stringify!($field) => $crate::__private::set(&mut model.$field, info, name, value),)*
-                    _ => Ok(value.clone()),
-                }
+                $(if name == $crate::__private::plain(stringify!($field)) {
+                    return $crate::__private::set(&mut model.$field, info, name, value);
+                })*
+                Ok(value.clone())
             }
         }
     };
