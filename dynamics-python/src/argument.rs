@@ -139,8 +139,8 @@ macro_rules! like_arrays {
 like_arrays! { Vec2<f64> => [f64; 2], Vec3<f64> => [f64; 3], Mat3<f64> => [[f64; 3]; 3] }
 
 /// A spline: two arrays, knots and values, with natural ends; or the same with the ends as the third:
-/// `"natural"`, `"not-a-knot"`, `"periodic"`, or the slopes at both ends; or a dictionary of `knots`, `values`
-/// and `ends`. The attribute shows a tuple with read-only arrays.
+/// `"natural"`, `"not-a-knot"`, `"periodic"`, or the slopes at both ends; or a dictionary of `knots`,
+/// `values` and `ends`. The attribute shows a tuple with read-only arrays.
 impl Argument for CubicSpline {
     const TAKES: &'static str = "Spline";
     const GIVES: &'static str = "tuple[Any, ...]";

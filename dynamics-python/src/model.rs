@@ -300,6 +300,8 @@ impl Model {
         consistent_output: bool,
         estimate_error: bool,
     ) -> PyResult<Motion> {
+        options::one_of(("tolerance", tolerance.is_some()), ("tolerances", tolerances.is_some()))?;
+        options::one_of(("times", times.is_some()), ("every", every.is_some()))?;
         let options = Options {
             until,
             tolerance,
@@ -605,6 +607,8 @@ fn run(
     match (motion, failure) {
         (Some(motion), None) => Ok(motion),
         (_, Some(failure)) if failure.is_option => Err(PyValueError::new_err(failure.text)),
+        // As `state(..)` raises it: `replace(..)` of a state does not check the constraints.
+        (_, Some(failure)) if failure.kind == "Start" => Err(errors::raised(py, "StateError", failure.text)),
         (motion, Some(failure)) => {
             let state = State::new(&model.info, failure.state.clone()).into_pyobject(py)?;
             let partial = motion.map(|motion| Motion { is_partial: true, ..motion });

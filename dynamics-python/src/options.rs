@@ -99,6 +99,14 @@ pub(crate) const METHODS: &[&str] = &[
 /// Methods that take an option, and its name.
 const WITH_OPTION: &[(&str, &str)] = &[("taylor", "order"), ("generalized_alpha", "rho")];
 
+/// Refuses two options of which one would be ignored.
+pub(crate) fn one_of(one: (&str, bool), other: (&str, bool)) -> PyResult<()> {
+    match one.1 && other.1 {
+        true => Err(PyValueError::new_err(format!("give {} or {}, not both", one.0, other.0))),
+        false => Ok(()),
+    }
+}
+
 /// The entries of a dictionary or of another mapping; None of anything else.
 pub(crate) fn entries<'py>(value: &Bound<'py, PyAny>) -> Option<Bound<'py, PyDict>> {
     if let Ok(entries) = value.cast::<PyDict>() {
@@ -215,9 +223,7 @@ pub(crate) fn ranges(value: &Bound<'_, PyAny>) -> PyResult<Vec<(String, [f64; 2]
     let wrong = || PyTypeError::new_err("ranges: give {name of the parameter: (from, to)}");
     let entries = entries(value).ok_or_else(wrong)?;
     let of = |(name, ends): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
-        let (from, to): (f64, f64) =
-            ends.extract().or_else(|_| ends.extract().map(|[a, b]: [f64; 2]| (a, b)))?;
-        PyResult::Ok((name.extract()?, [from, to]))
+        PyResult::Ok((name.extract()?, ends.extract::<[f64; 2]>()?))
     };
     entries.iter().map(of).collect::<PyResult<_>>().map_err(|_| wrong())
 }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use dynamics::model::Described;
 use pyo3::prelude::*;
 use pyo3::types::{PyCFunction, PyDict, PyList, PyModule, PyTuple, PyType};
 
@@ -49,6 +50,12 @@ pub fn shared(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// # Errors
 /// Python's own.
 pub fn model<F: ModelFields>(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    const {
+        assert!(
+            !crate::is_class(<F::Model as Described>::NAME),
+            "the model has the name of a class that every module has, such as State or Motion; rename it"
+        );
+    }
     let py = module.py();
     let class: Arc<dyn AnyClass> = Arc::new(Class::<F>::new());
     let info = Arc::clone(class.info());
