@@ -14,12 +14,24 @@ environment="$target/python"
 rm -rf "$environment" "$target/wheels"
 "$python" -m venv "$environment"
 export VIRTUAL_ENV="$environment" PATH="$environment/bin:$PATH" PYO3_PYTHON="$environment/bin/python"
-if ! pip install --quiet --disable-pip-version-check maturin numpy pytest sympy mypy pandas; then
-    echo 'skipped: the packages of Python that the tests need cannot be installed here'
-    exit 0
+log="$target/python-packages.log"
+packages=('maturin>=1.9.4' numpy pytest sympy mypy pandas)
+if ! pip install --disable-pip-version-check "${packages[@]}" >"$log" 2>&1; then
+    cat "$log"
+    # Anything else, such as a package that is not there, is a failure.
+    offline='NewConnectionError|NameResolutionError|ConnectTimeoutError|Failed to establish a new connection'
+    if grep -qE "$offline" "$log"; then
+        echo 'skipped: there is no network to install the packages of Python that the tests need'
+        exit 0
+    fi
+    exit 1
 fi
 
 cargo clippy --manifest-path "$package" --target-dir "$target" --all-targets --workspace -- -D warnings
+# The examples in the documentation, and those that must not compile.
+libraries="$(python -c 'import sysconfig; print(sysconfig.get_config_var("LIBDIR"))')"
+LD_LIBRARY_PATH="$libraries:${LD_LIBRARY_PATH:-}" \
+    cargo test --manifest-path "$package" --target-dir "$target" --doc
 # One wheel for Python 3.9 and everything newer.
 maturin build --release --target-dir "$target" --out "$target/wheels" --manifest-path "$example/Cargo.toml"
 ls "$target"/wheels/mechanisms-*-cp39-abi3-*.whl

@@ -9,7 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 __version__: str
 
 Array = NDArray[np.float64]
-Spline = Union[tuple[ArrayLike, ArrayLike], Mapping[str, Any]]
+Spline = Union[tuple[ArrayLike, ArrayLike], tuple[ArrayLike, ArrayLike, Any], Mapping[str, Any]]
+Inputs = Union[ArrayLike, Mapping[str, ArrayLike]]
+Release = Union[str, Sequence[str], Mapping[str, float]]
 Direction = Literal["rising", "falling", "any"]
 Method = Literal[
     "rk4",
@@ -237,10 +239,17 @@ class Model(Generic[_S, _M]):
         q: ArrayLike | _S,
         u: ArrayLike | None = None,
         t: ArrayLike | None = None,
-        inputs: ArrayLike | None = None,
+        inputs: Inputs | None = None,
+        *,
+        release: Release | None = None,
     ) -> Array: ...
     def mass_matrix(
-        self, q: ArrayLike | _S, t: ArrayLike | None = None, inputs: ArrayLike | None = None
+        self,
+        q: ArrayLike | _S,
+        t: ArrayLike | None = None,
+        inputs: Inputs | None = None,
+        *,
+        release: Release | None = None,
     ) -> Array: ...
     def evaluate(
         self,
@@ -261,7 +270,9 @@ class Model(Generic[_S, _M]):
         q: ArrayLike | _S,
         u: ArrayLike | None = None,
         t: ArrayLike | None = None,
-        inputs: ArrayLike | None = None,
+        inputs: Inputs | None = None,
+        *,
+        release: Release | None = None,
     ) -> Any: ...
     def equilibrium(self, near: _S) -> Equilibrium: ...
     def linearize(self, at: _S) -> Linearization: ...
@@ -764,11 +775,11 @@ class RollerCoaster(Model[_RollerCoasterState, _RollerCoasterMotion]):
     @end.setter
     def end(self, value: float) -> None: ...
     @property
-    def x(self) -> Spline: ...
+    def x(self) -> tuple[Any, ...]: ...
     @x.setter
     def x(self, value: Spline) -> None: ...
     @property
-    def y(self) -> Spline: ...
+    def y(self) -> tuple[Any, ...]: ...
     @y.setter
     def y(self, value: Spline) -> None: ...
     def __init__(self, *, mass: float, g: float, end: float, x: Spline, y: Spline) -> None: ...
@@ -939,6 +950,55 @@ class Satellite(Model[_SatelliteState, _SatelliteMotion]):
         wheels_guess: ArrayLike = ...,
         motors: ArrayLike = ...,
     ) -> _SatelliteState: ...
+
+class _SpringState(State):
+    @property
+    def x(self) -> float: ...
+    @property
+    def x_rate(self) -> float: ...
+
+class _SpringMotion(Motion):
+    @property
+    def model(self) -> Spring: ...
+    @property
+    def start(self) -> _SpringState: ...
+    @property
+    def end(self) -> _SpringState: ...
+    @property
+    def x(self) -> Array: ...
+    @property
+    def x_rate(self) -> Array: ...
+
+class Spring(Model[_SpringState, _SpringMotion]):
+    @property
+    def mass(self) -> float: ...
+    @mass.setter
+    def mass(self, value: float) -> None: ...
+    @property
+    def stiffness(self) -> float: ...
+    @stiffness.setter
+    def stiffness(self, value: float) -> None: ...
+    @property
+    def length(self) -> float: ...
+    @length.setter
+    def length(self, value: float) -> None: ...
+    @property
+    def type(self) -> float: ...
+    @type.setter
+    def type(self, value: float) -> None: ...
+    def __init__(self, *, mass: float, stiffness: float, length: float, type: float, **others: Any) -> None: ...
+    def replace(self, *, mass: float = ..., stiffness: float = ..., length: float = ..., type: float = ..., **others: Any) -> Spring: ...
+    def state(
+        self,
+        *,
+        t: float = 0.0,
+        assemble: bool = False,
+        release: str | Sequence[str] | Mapping[str, float] | None = None,
+        x: float = ...,
+        x_rate: float = ...,
+        x_guess: float = ...,
+        **others: Any,
+    ) -> _SpringState: ...
 
 class _BlockState(State):
     @property

@@ -3,10 +3,11 @@
 use dynamics::{CubicSpline, Mat3, Vec2, Vec3};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::{PyDict, PyString, PyTuple};
 
 use crate::arrays;
 use crate::info::{Field, Info};
+use crate::options;
 
 /// The type of a model's field that Python can give: numbers, arrays of numbers, vectors, matrices, splines.
 ///
@@ -45,19 +46,20 @@ pub trait Argument: Sized {
     /// A value of another kind, with what is needed; the name of the field is put before it.
     fn from_python(value: &Bound<'_, PyAny>) -> PyResult<Self>;
     /// What the attribute shows, and what a pickled model takes with it, for a value that was given:
-    /// the value itself, unless this says otherwise.
+    /// a deep copy, unless this says otherwise. `from_python` must take it.
     ///
     /// # Errors
     /// Python's own.
     fn shown<'py>(&self, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(given.clone())
+        // What was given may change later, and the model would not.
+        given.py().import("copy")?.call_method1("deepcopy", (given,))
     }
 }
 
 impl Argument for f64 {
     const TAKES: &'static str = "float";
     fn from_python(value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        value.extract()
+        arrays::number(value)
     }
     fn shown<'py>(&self, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         Ok(self.into_pyobject(given.py())?.into_any())
@@ -136,41 +138,72 @@ macro_rules! like_arrays {
 
 like_arrays! { Vec2<f64> => [f64; 2], Vec3<f64> => [f64; 3], Mat3<f64> => [[f64; 3]; 3] }
 
-/// A spline: two arrays, knots and values, with natural ends; or a dictionary of the same with `ends`:
-/// `"natural"`, `"not-a-knot"`, `"periodic"`, or the slopes at both ends.
+/// A spline: two arrays, knots and values, with natural ends; or the same with the ends as the third:
+/// `"natural"`, `"not-a-knot"`, `"periodic"`, or the slopes at both ends; or a dictionary of `knots`,
+/// `values` and `ends`. The attribute shows a tuple with read-only arrays.
 impl Argument for CubicSpline {
     const TAKES: &'static str = "Spline";
+    const GIVES: &'static str = "tuple[Any, ...]";
     fn from_python(value: &Bound<'_, PyAny>) -> PyResult<Self> {
-        const NEEDED: &str = "give a spline as (knots, values), or as {\"knots\": .., \"values\": .., \
-             \"ends\": \"natural\" | \"not-a-knot\" | \"periodic\" | (slope, slope)}";
-        let wrong = |_| PyTypeError::new_err(NEEDED);
-        let Ok(options) = value.cast::<PyDict>() else {
-            let (knots, values): (Bound<'_, PyAny>, Bound<'_, PyAny>) = value.extract().map_err(wrong)?;
-            let [knots, values] = [arrays::times("knots", &knots)?, arrays::times("values", &values)?];
-            return Self::natural(&knots, &values).map_err(|e| PyValueError::new_err(e.to_string()));
-        };
-        if let Some(key) = options.keys().iter().find(|key| {
-            !key.extract::<String>().is_ok_and(|key| ["knots", "values", "ends"].contains(&&*key))
-        }) {
-            return Err(PyTypeError::new_err(format!("{} is not part of a spline; {NEEDED}", key.repr()?)));
-        }
-        let part = |name| options.get_item(name)?.ok_or_else(|| PyTypeError::new_err(NEEDED));
-        let [knots, values] =
-            [arrays::times("knots", &part("knots")?)?, arrays::times("values", &part("values")?)?];
-        let spline = match options.get_item("ends")? {
+        let Parts { knots, values, ends } = Parts::of(value)?;
+        let [knots, values] = [arrays::times("knots", &knots)?, arrays::times("values", &values)?];
+        let wrong = || PyValueError::new_err(SPLINE);
+        let spline = match ends {
             None => Self::natural(&knots, &values),
             Some(ends) => match (ends.cast::<PyString>(), ends.extract::<[f64; 2]>()) {
                 (Ok(name), _) => match name.to_cow()?.as_ref() {
                     "natural" => Self::natural(&knots, &values),
                     "not-a-knot" => Self::not_a_knot(&knots, &values),
                     "periodic" => Self::periodic(&knots, &values),
-                    _ => return Err(PyValueError::new_err(NEEDED)),
+                    _ => return Err(wrong()),
                 },
                 (_, Ok([first, last])) => Self::clamped(&knots, &values, first, last),
-                _ => return Err(PyTypeError::new_err(NEEDED)),
+                _ => return Err(PyTypeError::new_err(SPLINE)),
             },
         };
         spline.map_err(|e| PyValueError::new_err(e.to_string()))
+    }
+    fn shown<'py>(&self, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let (py, Parts { knots, values, ends }) = (given.py(), Parts::of(given)?);
+        let copy = |array| arrays::read_only(arrays::vector(py, arrays::times("spline", &array)?));
+        let mut parts = vec![copy(knots)?, copy(values)?];
+        if let Some(ends) = ends {
+            parts.push(match ends.extract::<[f64; 2]>() {
+                Ok([first, last]) => (first, last).into_pyobject(py)?.into_any(),
+                Err(_) => ends,
+            });
+        }
+        Ok(PyTuple::new(py, parts)?.into_any())
+    }
+}
+
+/// How a spline is given.
+const SPLINE: &str = "give a spline as (knots, values), as (knots, values, ends), or as {\"knots\": .., \
+     \"values\": .., \"ends\": ..}; ends are \"natural\", \"not-a-knot\", \"periodic\" or (slope, slope)";
+
+/// What a spline is made of.
+struct Parts<'py> {
+    knots: Bound<'py, PyAny>,
+    values: Bound<'py, PyAny>,
+    ends: Option<Bound<'py, PyAny>>,
+}
+
+impl<'py> Parts<'py> {
+    fn of(value: &Bound<'py, PyAny>) -> PyResult<Self> {
+        let Some(options) = options::entries(value) else {
+            if let Ok((knots, values, ends)) = value.extract() {
+                return Ok(Self { knots, values, ends: Some(ends) });
+            }
+            let (knots, values) = value.extract().map_err(|_| PyTypeError::new_err(SPLINE))?;
+            return Ok(Self { knots, values, ends: None });
+        };
+        if let Some(key) = options.keys().iter().find(|key| {
+            !key.extract::<String>().is_ok_and(|key| ["knots", "values", "ends"].contains(&&*key))
+        }) {
+            return Err(PyTypeError::new_err(format!("{} is not part of a spline; {SPLINE}", key.repr()?)));
+        }
+        let part = |name| options.get_item(name)?.ok_or_else(|| PyTypeError::new_err(SPLINE));
+        Ok(Self { knots: part("knots")?, values: part("values")?, ends: options.get_item("ends")? })
     }
 }
 
@@ -235,6 +268,7 @@ impl<'a, 'py> Given<'a, 'py> {
     /// # Errors
     /// A value of another kind.
     pub fn field<T: Argument>(&mut self, name: &'static str) -> PyResult<T> {
+        let name = plain(name);
         let given = self.values.get_item(name)?.ok_or_else(|| PyTypeError::new_err(name))?;
         let (value, shown) = convert::<T>(self.info, name, &given)?;
         self.shown.set_item(name, shown)?;
@@ -251,6 +285,12 @@ fn convert<'py, T: Argument>(
     let value = T::from_python(given).map_err(|error| named(given.py(), info, name, &error))?;
     let shown = value.shown(given)?;
     Ok((value, shown))
+}
+
+/// The name of a field as a program has it: without `r#`.
+#[must_use]
+pub fn plain(name: &'static str) -> &'static str {
+    name.strip_prefix("r#").unwrap_or(name)
 }
 
 /// Sets a field; returns what its attribute shows.

@@ -3,7 +3,7 @@
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyFloat};
 
 use crate::data::Matrix;
 
@@ -50,18 +50,52 @@ pub(crate) fn read_only<'py>(array: Bound<'py, PyAny>) -> PyResult<Bound<'py, Py
     Ok(array)
 }
 
-/// Numbers as an array: anything that `numpy.asarray(value, dtype=float)` takes.
+/// Kinds of NumPy's types that are real numbers: Booleans, integers with and without sign, floating point.
+const REAL: &str = "biuf";
+
+/// A real number. What Python would convert with a loss, such as a complex number of NumPy, is refused.
+pub(crate) fn number(value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    // Most are: laws return them at every stage.
+    if let Ok(number) = value.cast::<PyFloat>() {
+        return Ok(number.value());
+    }
+    if let Ok(kind) = value.getattr("dtype").and_then(|dtype| dtype.getattr("kind"))
+        && !kind.extract::<String>().is_ok_and(|kind| REAL.contains(&kind))
+    {
+        let given = value.repr()?;
+        return Err(PyTypeError::new_err(format!("must be real number, not {given}")));
+    }
+    value.extract()
+}
+
+/// Real numbers as an array: anything that `numpy.asarray(value)` makes an array of numbers of.
 pub(crate) fn numbers<'py>(what: &str, value: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
-    if let Ok(array) = value.cast::<PyArrayDyn<f64>>() {
+    if let Ok(array) = value.cast::<PyArrayDyn<f64>>()
+        && is_readable(array)
+    {
         return Ok(array.readonly());
     }
     let py = value.py();
-    let options = PyDict::new(py);
-    options.set_item("dtype", "float64")?;
-    let array = py.import("numpy")?.call_method("asarray", (value,), Some(&options));
-    let array = array
+    let numpy = py.import("numpy")?;
+    let array = numpy
+        .call_method1("asarray", (value,))
         .map_err(|error| PyTypeError::new_err(format!("{what}: numbers are needed, {}", error.value(py))))?;
+    let dtype = array.getattr("dtype")?;
+    // Not to be converted: None would be NaN, a complex number would lose its imaginary part.
+    if !REAL.contains(&dtype.getattr("kind")?.extract::<String>()?) {
+        return Err(PyTypeError::new_err(format!(
+            "{what}: real numbers are needed, and these are of NumPy's type {dtype}"
+        )));
+    }
+    let array = numpy.call_method1("require", (array, "float64", ["C_CONTIGUOUS", "ALIGNED"]))?;
     Ok(array.cast_into::<PyArrayDyn<f64>>().map_err(PyErr::from)?.readonly())
+}
+
+/// Whether an array lies in memory as Rust needs it: columns of packed records may not.
+fn is_readable(array: &Bound<'_, PyArrayDyn<f64>>) -> bool {
+    const WIDTH: usize = size_of::<f64>();
+    let aligned = (array.data() as usize).is_multiple_of(WIDTH);
+    aligned && array.strides().iter().all(|stride| stride.unsigned_abs().is_multiple_of(WIDTH))
 }
 
 /// The elements by rows, whatever the order in memory.
@@ -86,9 +120,10 @@ impl Rows {
         let array = numbers(what, value)?;
         let count = match array.shape() {
             [length] if *length == width => None,
-            // A model with one coordinate may be given its values over time without a second dimension.
             [rows, length] if *length == width => Some(*rows),
             [] if width == 1 => None,
+            // A model with one coordinate may be given its values over time without a second dimension.
+            [rows] if width == 1 => Some(*rows),
             shape => {
                 return Err(PyValueError::new_err(format!(
                     "{what} has the shape {shape:?}; give ({width},) for one state, or (rows, {width}) for \

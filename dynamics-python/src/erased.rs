@@ -5,6 +5,7 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use dynamics::model::ActiveSet;
 use dynamics::simulate::Summary;
 
 use crate::arrays::Rows;
@@ -26,9 +27,12 @@ pub(crate) trait AnyClass: Send + Sync {
 /// A run that has ended: its motion, if anything was computed, and why it ended early.
 pub(crate) type RunResult = (Option<Arc<dyn AnyMotion>>, Option<Failure>);
 
-/// Where models are evaluated: q, q̇ and inputs by rows, and the times.
+/// Where models are evaluated: q, q̇ and inputs by rows, the times, and which switched constraints hold.
 pub(crate) struct States {
     pub(crate) count: usize,
+    pub(crate) active_set: ActiveSet,
+    /// Released constraints whose side was given, by bits. The others are released to where they move.
+    pub(crate) sided: u32,
     pub(crate) q: Rows,
     pub(crate) u: Rows,
     pub(crate) inputs: Rows,
@@ -89,6 +93,8 @@ pub(crate) enum Times {
 /// A motion. Where a law of inputs is a function of Python, an exception is left in the interruption.
 pub(crate) trait AnyMotion: Send + Sync {
     fn interval(&self) -> (f64, f64);
+    /// The functions of Python that its run called. Nothing else holds them.
+    fn callbacks(&self) -> &Callbacks;
     fn start(&self, interruption: &Interruption) -> StateData;
     fn end(&self, interruption: &Interruption) -> StateData;
     /// The state at a time.

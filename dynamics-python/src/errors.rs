@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyModule, PyType};
+use pyo3::types::{PyDict, PyType};
 
 use crate::data::Failure;
 use crate::motion::Motion;
@@ -10,15 +10,20 @@ use crate::motion::Motion;
 /// Names of the exceptions.
 pub(crate) const NAMES: [&str; 3] = ["SimulationError", "StateError", "EvaluationError"];
 
-static SOURCE: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
+static CLASSES: PyOnceLock<Py<PyDict>> = PyOnceLock::new();
 
 /// The class of an exception.
 pub(crate) fn class<'py>(py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyType>> {
-    let source = SOURCE.get_or_try_init(py, || {
+    let classes = CLASSES.get_or_try_init(py, || {
         let code = std::ffi::CString::new(include_str!("errors.py"))?;
-        PyModule::from_code(py, &code, c"errors.py", c"dynamics_errors").map(Bound::unbind)
+        // Not a module: all modules with models would share it, and each would overwrite the classes of those
+        // before.
+        let classes = PyDict::new(py);
+        classes.set_item("__name__", "dynamics_errors")?;
+        py.run(&code, Some(&classes), None)?;
+        PyResult::Ok(classes.unbind())
     })?;
-    Ok(source.bind(py).getattr(name)?.cast_into::<PyType>()?)
+    Ok(classes.as_any().bind(py).get_item(name)?.cast_into::<PyType>()?)
 }
 
 /// An exception with a text.

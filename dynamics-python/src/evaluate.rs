@@ -1,6 +1,6 @@
 //! Evaluations of a model at many states.
 
-use dynamics::constrain::solve_once;
+use dynamics::constrain::{set_sides, solve_once};
 use dynamics::lanes::{Lanes, Task, Wide as _, in_four_lanes};
 use dynamics::model::{LaneEvaluation, Model, ModelState as _, SharedValues, Vector, WideOf};
 
@@ -19,12 +19,14 @@ pub(crate) fn evaluate<M: PythonModel>(
     let constants = model.constants().map_err(|error| error.to_string())?;
     let mut values = Vec::with_capacity(at.count * shape.iter().product::<usize>());
     let together = M::HAS_LANES && what == Evaluation::Accelerations && at.inputs.count.is_none();
+    // A constraint may be released to another side in every row.
+    let together = together && at.active_set.all_hold();
     if together && at.count > 1 {
         in_four_lanes(Together { model, constants: &constants, at, values: &mut values });
     }
     // The other rows, from where a state is not like those beside it.
     for row in values.len() / shape.iter().product::<usize>().max(1)..at.count {
-        let state = state::<M>(at, row);
+        let state = state::<M>(model, at, row);
         one(model, &constants, what, &state, &mut values)
             .map_err(|error| if at.q.count.is_some() { format!("row {row}: {error}") } else { error })?;
     }
@@ -45,7 +47,7 @@ impl<M: PythonModel> Task for Together<'_, M> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { model, constants, at, values } = self;
-        let (n, shared) = (<M as Model>::Vector::LEN, state::<M>(at, 0));
+        let (n, shared) = (<M as Model>::Vector::LEN, state::<M>(model, at, 0));
         let (mut numbers, mut stored) = (vec![0.0; L::COUNT], vec![0.0; L::COUNT]);
         let mut load = |rows: &Rows, width: usize, first: usize, i: usize| {
             let of = |lane: usize| rows.row(first + lane, width)[i];
@@ -82,14 +84,17 @@ impl<M: PythonModel> Task for Together<'_, M> {
     }
 }
 
-fn state<M: PythonModel>(at: &States, row: usize) -> M::State {
+fn state<M: PythonModel>(model: &M, at: &States, row: usize) -> M::State {
     let (n, m) = (<M as Model>::Vector::LEN, M::Inputs::LEN);
-    M::State::new(
+    let mut state = M::State::new(
         at.t.row(row, 1)[0],
         vector(at.q.row(row, n)),
         vector(at.u.row(row, n)),
         vector(at.inputs.row(row, m)),
-    )
+    );
+    *state.active_set_mut() = at.active_set;
+    set_sides(model, &mut state, at.sided);
+    state
 }
 
 /// The lengths of the dimensions of a value.

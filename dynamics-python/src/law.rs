@@ -13,6 +13,7 @@ use pyo3::prelude::*;
 
 use dynamics::simulate::Flow;
 
+use crate::arrays;
 use crate::data::StateData;
 use crate::info::Info;
 use crate::options;
@@ -100,7 +101,7 @@ impl Function<'_> {
 
     /// The value of an event function; NaN where it fails.
     pub(crate) fn number(&self, state: StateData) -> f64 {
-        self.call(f64::NAN, |py| self.function.bind(py).call1((self.state(py, state)?,))?.extract())
+        self.call(f64::NAN, |py| arrays::number(&self.function.bind(py).call1((self.state(py, state)?,))?))
     }
 
     /// What an action does: the state after it, if it changes the state, and whether the run goes on.

@@ -90,7 +90,7 @@ pub use typed::{FieldTypes, ModelFields};
 /// What `module!` refers to. Not for use by hand: it changes without notice.
 #[doc(hidden)]
 pub mod __private {
-    pub use crate::argument::set;
+    pub use crate::argument::{plain, set};
     pub use crate::register::{model, shared, stubs};
 }
 
@@ -102,6 +102,76 @@ pub mod __private {
 /// crate is written with its fields: `module!(pendulums, other::Pendulum { mass, length });`.
 ///
 /// Documentation before the name is that of the module.
+///
+/// A field that is called like a method of the classes does not compile, and neither does a model that is
+/// called like a class of every module:
+///
+/// ```compile_fail,E0080
+/// use dynamics::prelude::*;
+///
+/// #[derive(Clone, Debug, Dynamics)]
+/// #[coordinates(x)]
+/// struct Block {
+///     mass: f64,
+///     live: f64, // `load` compiles
+/// }
+///
+/// #[dynamics]
+/// impl Block {
+///     #[kinetic]
+///     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+///         0.5 * (self.mass + self.live) * q.x.dt().powi(2)
+///     }
+/// }
+///
+/// dynamics_python::module!(blocks, Block);
+/// # fn main() {}
+/// ```
+///
+/// ```compile_fail,E0080
+/// use dynamics::prelude::*;
+///
+/// #[derive(Clone, Debug, Dynamics)]
+/// #[coordinates(x)]
+/// struct Motion { // `Block` compiles
+///     mass: f64,
+/// }
+///
+/// #[dynamics]
+/// impl Motion {
+///     #[kinetic]
+///     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+///         0.5 * self.mass * q.x.dt().powi(2)
+///     }
+/// }
+///
+/// dynamics_python::module!(blocks, Motion);
+/// # fn main() {}
+/// ```
+///
+/// Names of fields may be words of Python's grammar: `Block(**{"lambda": 1.0})`, and `r#type` is `type`.
+///
+/// ```
+/// use dynamics::prelude::*;
+///
+/// #[derive(Clone, Debug, Dynamics)]
+/// #[coordinates(x)]
+/// struct Block {
+///     lambda: f64,
+///     r#type: f64,
+/// }
+///
+/// #[dynamics]
+/// impl Block {
+///     #[kinetic]
+///     fn kinetic(&self, q: &Coordinates<Self>) -> Expr {
+///         0.5 * (self.lambda + self.r#type) * q.x.dt().powi(2)
+///     }
+/// }
+///
+/// dynamics_python::module!(blocks, Block);
+/// # fn main() {}
+/// ```
 #[macro_export]
 macro_rules! module {
     (
@@ -191,10 +261,10 @@ macro_rules! __fields {
                 name: &str,
                 value: &$crate::pyo3::Bound<'py, $crate::pyo3::PyAny>,
             ) -> $crate::pyo3::PyResult<$crate::pyo3::Bound<'py, $crate::pyo3::PyAny>> {
-                match name {
-                    $(stringify!($field) => $crate::__private::set(&mut model.$field, info, name, value),)*
-                    _ => Ok(value.clone()),
-                }
+                $(if name == $crate::__private::plain(stringify!($field)) {
+                    return $crate::__private::set(&mut model.$field, info, name, value);
+                })*
+                Ok(value.clone())
             }
         }
     };
@@ -232,9 +302,32 @@ pub const fn is_taken(name: &str) -> bool {
         "replace",
         "to_dict",
     ];
+    contains(TAKEN, name)
+}
+
+/// Whether every module has a class with this name.
+pub(crate) const fn is_class(name: &str) -> bool {
+    const CLASSES: &[&str] = &[
+        "Model",
+        "State",
+        "Motion",
+        "Summary",
+        "Event",
+        "LivePage",
+        "Equilibrium",
+        "Linearization",
+        "SimulationError",
+        "StateError",
+        "EvaluationError",
+    ];
+    contains(CLASSES, name)
+}
+
+/// Whether a name is one of these.
+const fn contains(names: &[&str], name: &str) -> bool {
     let (mut i, name) = (0, name.as_bytes());
-    while i < TAKEN.len() {
-        let (taken, mut j) = (TAKEN[i].as_bytes(), 0);
+    while i < names.len() {
+        let (taken, mut j) = (names[i].as_bytes(), 0);
         while j < name.len() && j < taken.len() && name[j] == taken[j] {
             j += 1;
         }

@@ -18,7 +18,7 @@ use crate::linear::{Equilibrium, Linearization};
 use crate::live::LivePage;
 use crate::motion::Motion;
 use crate::options::{self, Callbacks, Options};
-use crate::start::given_state;
+use crate::start::{self, given_state};
 use crate::state::State;
 
 /// Name of the attribute of a class that holds its model's class in Rust.
@@ -121,23 +121,36 @@ struct At<'a, 'py> {
     u: Option<&'a Bound<'py, PyAny>>,
     t: Option<&'a Bound<'py, PyAny>>,
     inputs: Option<&'a Bound<'py, PyAny>>,
+    release: Option<&'a Bound<'py, PyAny>>,
 }
 
 impl At<'_, '_> {
     /// The states, and how many, where some argument has rows.
     fn states(&self, info: &Info) -> PyResult<(States, Option<usize>)> {
-        let (n, m) = (info.scalars.coordinates.len(), info.scalars.inputs.len());
+        let n = info.scalars.coordinates.len();
         let same = |values: Vec<f64>| Rows { values, count: None };
         if let Ok(state) = self.q.cast::<State>() {
             let data = &state.get().data;
-            if state.get().info.name != info.name || self.u.is_some() || self.t.is_some() {
+            if !std::ptr::eq(&*state.get().info, info)
+                || self.u.is_some()
+                || self.t.is_some()
+                || self.release.is_some()
+            {
                 return Err(PyTypeError::new_err(format!(
-                    "give a state of {} alone, or q, u and t as numbers",
+                    "give a state of {} alone, or with inputs; or q, u, t, inputs and release",
                     info.name
                 )));
             }
-            let [q, u, inputs] = [&data.q, &data.u, &data.inputs].map(|values| same(values.clone()));
-            return Ok((States { count: 1, q, u, inputs, t: same(vec![data.t]) }, None));
+            let [q, u] = [&data.q, &data.u].map(|values| same(values.clone()));
+            let inputs = match self.inputs {
+                None => same(data.inputs.clone()),
+                Some(_) => self.inputs(info)?,
+            };
+            let (count, active_set) = (inputs.count, data.active_set);
+            let t = same(vec![data.t]);
+            // Its constraints were released to their sides when it was made.
+            let sided = u32::MAX;
+            return Ok((States { count: count.unwrap_or(1), active_set, sided, q, u, inputs, t }, count));
         }
         let q = Rows::read("q", n, self.q)?;
         let u = self.u.map_or(Ok(same(vec![0.0; n])), |u| Rows::read("u", n, u))?;
@@ -149,15 +162,9 @@ impl At<'_, '_> {
                 Rows { values, count }
             }
         };
-        let inputs = match self.inputs {
-            None => same(vec![f64::NAN; m]),
-            Some(given) if m == 0 => {
-                return Err(options::inputs(info, given)
-                    .err()
-                    .unwrap_or_else(|| PyTypeError::new_err("inputs: there are none")));
-            }
-            Some(given) => Rows::read("inputs", m, given)?,
-        };
+        let inputs = self.inputs(info)?;
+        let release = self.release.map(|names| start::released(info, names)).transpose()?;
+        let (active_set, sided) = release.unwrap_or((ActiveSet::ALL_HOLD, 0));
         let mut count = None;
         for (name, rows) in [("q", q.count), ("u", u.count), ("t", t.count), ("inputs", inputs.count)] {
             match (count, rows) {
@@ -169,7 +176,20 @@ impl At<'_, '_> {
             }
         }
         let count = count.map(|(_, rows)| rows);
-        Ok((States { count: count.unwrap_or(1), q, u, inputs, t }, count))
+        Ok((States { count: count.unwrap_or(1), active_set, sided, q, u, inputs, t }, count))
+    }
+
+    /// The inputs: for all states or by rows, or constant ones by name.
+    fn inputs(&self, info: &Info) -> PyResult<Rows> {
+        let m = info.scalars.inputs.len();
+        match self.inputs {
+            None => Ok(Rows { values: vec![f64::NAN; m], count: None }),
+            // Where there are no inputs, this says so.
+            Some(given) if m == 0 || options::entries(given).is_some() => {
+                Ok(Rows { values: options::inputs(info, given)?, count: None })
+            }
+            Some(given) => Rows::read("inputs", m, given),
+        }
     }
 }
 
@@ -280,6 +300,8 @@ impl Model {
         consistent_output: bool,
         estimate_error: bool,
     ) -> PyResult<Motion> {
+        options::one_of(("tolerance", tolerance.is_some()), ("tolerances", tolerances.is_some()))?;
+        options::one_of(("times", times.is_some()), ("every", every.is_some()))?;
         let options = Options {
             until,
             tolerance,
@@ -317,7 +339,10 @@ impl Model {
 
     /// q̈ at states: `accelerations(state)`, or q and q̇ as arrays, for one state or by rows, with Python's
     /// lock free.
-    #[pyo3(signature = (q, u=None, t=None, inputs=None))]
+    ///
+    /// inputs: instead of those of a state; an array, or a dictionary by name. release: switched constraints
+    /// that do not hold, as `state(..)` takes them; a state has its own.
+    #[pyo3(signature = (q, u=None, t=None, inputs=None, *, release=None))]
     fn accelerations<'py>(
         &self,
         py: Python<'py>,
@@ -325,26 +350,29 @@ impl Model {
         u: Option<&Bound<'py, PyAny>>,
         t: Option<&Bound<'py, PyAny>>,
         inputs: Option<&Bound<'py, PyAny>>,
+        release: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.evaluate(py, Evaluation::Accelerations, &At { q, u, t, inputs })
+        self.evaluate(py, Evaluation::Accelerations, &At { q, u, t, inputs, release })
     }
 
     /// The mass matrix M(q,t), N×N, as `accelerations` takes its arguments.
-    #[pyo3(signature = (q, t=None, inputs=None))]
+    #[pyo3(signature = (q, t=None, inputs=None, *, release=None))]
     fn mass_matrix<'py>(
         &self,
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
         inputs: Option<&Bound<'py, PyAny>>,
+        release: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        self.evaluate(py, Evaluation::MassMatrix, &At { q, u: None, t, inputs })
+        self.evaluate(py, Evaluation::MassMatrix, &At { q, u: None, t, inputs, release })
     }
 
     /// Other quantities at states, as `accelerations` takes its arguments: "generalized_force", "momenta",
     /// "energy", "conserved", "outputs", "multipliers", "residual", "velocity_residual", "jacobian",
     /// "derivatives" (∂q̈/∂q and ∂q̈/∂q̇), "accelerations", "mass_matrix".
-    #[pyo3(signature = (what, q, u=None, t=None, inputs=None), name = "evaluate")]
+    #[pyo3(signature = (what, q, u=None, t=None, inputs=None, *, release=None), name = "evaluate")]
+    #[allow(clippy::too_many_arguments)]
     fn evaluate_named<'py>(
         &self,
         py: Python<'py>,
@@ -353,6 +381,7 @@ impl Model {
         u: Option<&Bound<'py, PyAny>>,
         t: Option<&Bound<'py, PyAny>>,
         inputs: Option<&Bound<'py, PyAny>>,
+        release: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let Some((_, evaluation)) = EVALUATIONS.iter().find(|(name, _)| *name == what) else {
             let names: Vec<&str> = EVALUATIONS.iter().map(|(name, _)| *name).collect();
@@ -361,7 +390,7 @@ impl Model {
                 names.join(", ")
             )));
         };
-        self.evaluate(py, *evaluation, &At { q, u, t, inputs })
+        self.evaluate(py, *evaluation, &At { q, u, t, inputs, release })
     }
 
     /// The equilibrium near a state, with a verdict on its stability.
@@ -390,7 +419,7 @@ impl Model {
         &self,
         start: &Bound<'_, State>,
         title: Option<String>,
-        ranges: Option<std::collections::BTreeMap<String, [f64; 2]>>,
+        ranges: Option<&Bound<'_, PyAny>>,
         hold: Option<Vec<String>>,
         plot: Option<Vec<String>>,
         phase: Option<String>,
@@ -409,7 +438,7 @@ impl Model {
         };
         let options = LiveOptions {
             title,
-            ranges: ranges.unwrap_or_default().into_iter().collect(),
+            ranges: ranges.map(options::ranges).transpose()?.unwrap_or_default(),
             hold: hold.unwrap_or_default(),
             plots: plot.unwrap_or_default(),
             phase,
@@ -435,43 +464,59 @@ impl Model {
                 model.info.field_names()
             )));
         }
-        let (changed, shown) = model.model().with_field(name, value)?;
-        // A new dictionary: copies of the old one may be in use.
-        let all = model.parameters(py)?;
-        all.set_item(name, shown)?;
-        let values = Values { model: changed, shown: all.unbind() };
-        // What is replaced is dropped after the lock.
-        let _replaced = {
-            let mut now = model.values.write().unwrap_or_else(|poisoned| poisoned.into_inner());
-            std::mem::replace(&mut *now, values)
-        };
-        Ok(())
+        let mut value = value.clone();
+        loop {
+            // Read together: the conversion may run code of Python, and another thread may set a parameter.
+            let (before, shown) = model.now(py);
+            let (changed, shown_value) = before.with_field(name, &value)?;
+            // A new dictionary: copies of the old one may be in use.
+            let all = shown.bind(py).copy()?;
+            all.set_item(name, &shown_value)?;
+            let values = Values { model: changed, shown: all.unbind() };
+            // What is replaced is dropped after the lock.
+            let replaced = {
+                let mut now = model.values.write().unwrap_or_else(|poisoned| poisoned.into_inner());
+                if Arc::ptr_eq(&now.model, &before) {
+                    Some(std::mem::replace(&mut *now, values))
+                } else {
+                    None
+                }
+            };
+            if replaced.is_some() {
+                return Ok(());
+            }
+            // Something else was set in between. What was converted is not converted again.
+            value = shown_value;
+        }
     }
 
     fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyTuple>, Bound<'py, PyDict>)> {
         Ok((PyTuple::empty(py), self.parameters(py)?))
     }
 
-    /// A state out of its parts, as a pickled one has them.
+    /// A state out of its parts, as a pickled one has them: names, so that a program with another order of
+    /// the coordinates does not mix them up.
     #[classmethod]
     fn _state_of(
         cls: &Bound<'_, PyType>,
         t: f64,
-        q: Vec<f64>,
-        u: Vec<f64>,
-        inputs: Vec<f64>,
-        released: Vec<(usize, f64)>,
+        values: &Bound<'_, PyDict>,
+        release: &Bound<'_, PyDict>,
     ) -> PyResult<State> {
         let class = cls.getattr(CLASS)?.cast_into::<ClassOfModel>()?;
         let info = class.get().class.info();
-        let counts =
-            [info.scalars.coordinates.len(), info.scalars.coordinates.len(), info.scalars.inputs.len()];
-        if [q.len(), u.len(), inputs.len()] != counts || released.iter().any(|(i, _)| *i >= ActiveSet::MAX) {
-            return Err(PyValueError::new_err(format!("this was not pickled from a state of {}", info.name)));
+        let rates = info.coordinates.iter().map(|slot| format!("{}_rate", slot.name));
+        let slots = info.coordinates.iter().chain(&info.inputs);
+        let names: Vec<String> = slots.map(|slot| slot.name.clone()).chain(rates).collect();
+        let given: Vec<String> = values.keys().extract()?;
+        if given.len() != names.len() || given.iter().any(|name| !names.contains(name)) {
+            let (given, names) = (given.join(", "), names.join(", "));
+            return Err(PyValueError::new_err(format!(
+                "this was not pickled from a state of this {}: it has {given}; the model has {names}",
+                info.name
+            )));
         }
-        let mut active_set = ActiveSet::ALL_HOLD;
-        released.into_iter().for_each(|(index, side)| active_set.release(index, side));
-        Ok(State::new(info, StateData { t, q, u, inputs, active_set }))
+        Ok(State::new(info, given_state(info, t, false, Some(release.as_any()), Some(values))?.state))
     }
 
     fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, PyAny>) -> PyResult<bool> {
@@ -550,20 +595,24 @@ fn run(
     let (motion, failure) =
         py.detach(|| running.simulate(start, options, callbacks, &interruption, &signals));
     let (info, class) = (Arc::clone(&model.info), slf.get_type().unbind());
-    let motion = motion.map(|motion| Motion { info, motion, class, parameters });
+    let motion = motion.map(|motion| Motion { info, motion, class, parameters, is_partial: false });
     if let Some(error) = interruption.take() {
         // A `KeyboardInterrupt`, or what a function of Python raised, with what was computed up to there.
         if let Some(motion) = motion {
-            error.value(py).setattr("partial", motion)?;
+            // An exception without room for it arrives as it is.
+            let _ = error.value(py).setattr("partial", Motion { is_partial: true, ..motion });
         }
         return Err(error);
     }
     match (motion, failure) {
         (Some(motion), None) => Ok(motion),
         (_, Some(failure)) if failure.is_option => Err(PyValueError::new_err(failure.text)),
+        // As `state(..)` raises it: `replace(..)` of a state does not check the constraints.
+        (_, Some(failure)) if failure.kind == "Start" => Err(errors::raised(py, "StateError", failure.text)),
         (motion, Some(failure)) => {
             let state = State::new(&model.info, failure.state.clone()).into_pyobject(py)?;
-            Err(errors::simulation(py, failure, state.into_any(), motion)?)
+            let partial = motion.map(|motion| Motion { is_partial: true, ..motion });
+            Err(errors::simulation(py, failure, state.into_any(), partial)?)
         }
         (None, None) => Err(errors::raised(py, "EvaluationError", "the motion has no constants".to_owned())),
     }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use pyo3::exceptions::{PyAttributeError, PyKeyError, PyTypeError, PyValueError};
+use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple, PyType};
 
@@ -30,6 +31,8 @@ pub struct Motion {
     /// The class of the model that moved, and the parameters that it had then.
     pub(crate) class: Py<PyType>,
     pub(crate) parameters: Py<PyDict>,
+    /// It belongs to an exception, and stays behind where that is pickled.
+    pub(crate) is_partial: bool,
 }
 
 impl std::fmt::Debug for Motion {
@@ -94,23 +97,22 @@ impl Motion {
         &self,
         py: Python<'py>,
         table: &Table,
-        flat: bool,
+        (asked, flat): (Columns, bool),
     ) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
         let mut columns = vec![("t".to_owned(), arrays::vector(py, table.t.clone()))];
         let mut add = |name: String, from: &Matrix, at: usize, len: Option<usize>| {
             columns.push((name, arrays::columns(py, from, at, len)?));
             PyResult::Ok(())
         };
+        let coordinates = &self.info.coordinates[..];
+        let accelerating = if asked.accelerations { coordinates } else { &[] };
         let parts = [
-            (&self.info.coordinates, "", &table.q),
-            (&self.info.coordinates, "_rate", &table.u),
+            (coordinates, "", &table.q),
+            (coordinates, "_rate", &table.u),
             (&self.info.inputs, "", &table.inputs),
-            (&self.info.coordinates, "_acceleration", &table.accelerations),
+            (accelerating, "_acceleration", &table.accelerations),
         ];
         for (slots, suffix, from) in parts {
-            if from.values.is_empty() {
-                continue;
-            }
             for slot in slots {
                 let name = format!("{}{suffix}", slot.name);
                 match slot.len {
@@ -123,36 +125,37 @@ impl Motion {
                 }
             }
         }
-        if !table.outputs.values.is_empty() {
+        if asked.outputs {
             for (at, output) in self.info.outputs.iter().enumerate() {
                 add(output.name.to_owned(), &table.outputs, at, None)?;
             }
         }
-        if !table.multipliers.values.is_empty() {
+        if asked.multipliers {
             for (at, row) in self.info.rows.iter().enumerate() {
                 add(format!("lambda[{}]", row.name), &table.multipliers, at, None)?;
             }
         }
-        if !table.energy.is_empty() {
+        if asked.energy {
             columns.push(("energy".to_owned(), arrays::vector(py, table.energy.clone())));
         }
         Ok(columns)
     }
 
-    /// The table that `to_numpy` and `to_pandas` make arrays of.
+    /// The table that `to_numpy` and `to_pandas` make arrays of, and what it holds.
     fn asked(
         &self,
         py: Python<'_>,
         times: Option<&Bound<'_, PyAny>>,
         accelerations: bool,
         multipliers: bool,
-    ) -> PyResult<Table> {
+    ) -> PyResult<(Table, Columns)> {
         let times = match times {
             None => Times::OfRun,
             Some(times) => Times::These(arrays::times("times", times)?),
         };
         let outputs = !self.info.outputs.is_empty();
-        self.table(py, times, Columns { outputs, accelerations, multipliers, energy: true })
+        let columns = Columns { outputs, accelerations, multipliers, energy: true };
+        Ok((self.table(py, times, columns)?, columns))
     }
 
     fn write_as(&self, py: Python<'_>, what: File, path: PathBuf) -> PyResult<()> {
@@ -262,7 +265,7 @@ impl Motion {
         };
         let len = self.info.rows[at..].iter().take_while(|row| of_it(row.name)).count();
         let alone = len == 1 && self.info.rows[at].name == constraint;
-        let table = self.asked(py, times, false, true)?;
+        let (table, _) = self.asked(py, times, false, true)?;
         arrays::columns(py, &table.multipliers, at, (!alone).then_some(len))
     }
 
@@ -285,8 +288,8 @@ impl Motion {
                 "form: `{form}` is not known; give \"dict\", \"structured\" or \"matrix\""
             )));
         }
-        let table = self.asked(py, times, accelerations, multipliers)?;
-        let columns = self.columns_of(py, &table, form == "matrix")?;
+        let (table, asked) = self.asked(py, times, accelerations, multipliers)?;
+        let columns = self.columns_of(py, &table, (asked, form == "matrix"))?;
         let numpy = py.import("numpy")?;
         match form {
             "structured" => structured(py, &columns, table.t.len()),
@@ -306,8 +309,8 @@ impl Motion {
     #[getter]
     fn columns(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         let start = PyList::new(py, [self.interval().0])?;
-        let table = self.asked(py, Some(start.as_any()), false, false)?;
-        Ok(self.columns_of(py, &table, true)?.into_iter().map(|(name, _)| name).collect())
+        let (table, asked) = self.asked(py, Some(start.as_any()), false, false)?;
+        Ok(self.columns_of(py, &table, (asked, true))?.into_iter().map(|(name, _)| name).collect())
     }
 
     /// A DataFrame of pandas with the times as its index; array coordinates as `theta[0]`, `theta[1]`, ….
@@ -320,9 +323,9 @@ impl Motion {
         multipliers: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let pandas = py.import("pandas")?;
-        let table = self.asked(py, times, accelerations, multipliers)?;
+        let (table, asked) = self.asked(py, times, accelerations, multipliers)?;
         let columns = PyDict::new(py);
-        for (name, array) in self.columns_of(py, &table, true)? {
+        for (name, array) in self.columns_of(py, &table, (asked, true))? {
             columns.set_item(name, array)?;
         }
         pandas.call_method1("DataFrame", (columns,))?.call_method1("set_index", ("t",))
@@ -409,7 +412,27 @@ impl Motion {
         Ok(own.into_iter().chain(names).chain(inputs).chain(info.output_names()).collect())
     }
 
-    fn __reduce__(&self) -> PyResult<Py<PyTuple>> {
+    /// It does not change.
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
+    }
+
+    /// Functions of Python that the run calls may refer to the motion.
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.class)?;
+        visit.call(&self.parameters)?;
+        self.motion.callbacks().functions().try_for_each(|function| visit.call(function))
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyType>, Bound<'py, PyTuple>)> {
+        if self.is_partial {
+            // An exception with a motion crosses to another process, and has None there.
+            return Ok((py.None().bind(py).get_type(), PyTuple::empty(py)));
+        }
         Err(PyTypeError::new_err(
             "a Motion is not pickled: it keeps the steps of a run. Send what is needed of it, as \
              motion.to_numpy() or motion.end, or the model and its start, and simulate again",

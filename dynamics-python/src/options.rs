@@ -2,7 +2,7 @@
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::{PyDict, PyMapping, PyString};
 
 use dynamics::simulate::{Contact, Direction, Formulation};
 
@@ -49,6 +49,14 @@ pub(crate) struct Callbacks {
     pub(crate) actions: Vec<(String, Direction, Py<PyAny>)>,
 }
 
+impl Callbacks {
+    /// All functions.
+    pub(crate) fn functions(&self) -> impl Iterator<Item = &Py<PyAny>> {
+        let events = self.events.iter().map(|(_, function)| function);
+        self.inputs.iter().chain(events).chain(self.actions.iter().map(|(_, _, action)| action))
+    }
+}
+
 /// Names of methods in Python.
 pub(crate) const METHODS: &[&str] = &[
     "rk4",
@@ -90,6 +98,24 @@ pub(crate) const METHODS: &[&str] = &[
 
 /// Methods that take an option, and its name.
 const WITH_OPTION: &[(&str, &str)] = &[("taylor", "order"), ("generalized_alpha", "rho")];
+
+/// Refuses two options of which one would be ignored.
+pub(crate) fn one_of(one: (&str, bool), other: (&str, bool)) -> PyResult<()> {
+    match one.1 && other.1 {
+        true => Err(PyValueError::new_err(format!("give {} or {}, not both", one.0, other.0))),
+        false => Ok(()),
+    }
+}
+
+/// The entries of a dictionary or of another mapping; None of anything else.
+pub(crate) fn entries<'py>(value: &Bound<'py, PyAny>) -> Option<Bound<'py, PyDict>> {
+    if let Ok(entries) = value.cast::<PyDict>() {
+        return Some(entries.clone());
+    }
+    let entries = PyDict::new(value.py());
+    entries.update(value.cast::<PyMapping>().ok()?).ok()?;
+    Some(entries)
+}
 
 /// `"dop853"`, or `("generalized_alpha", 0.5)`.
 pub(crate) fn method(value: &Bound<'_, PyAny>) -> PyResult<MethodName> {
@@ -160,7 +186,7 @@ pub(crate) fn stops(value: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Direction
     if let Ok(name) = value.extract::<String>() {
         return Ok(vec![(name, Direction::Any)]);
     }
-    if let Ok(entries) = value.cast::<PyDict>() {
+    if let Some(entries) = entries(value) {
         return entries.iter().map(|(name, to)| Ok((name.extract()?, direction("stop_at", &to)?))).collect();
     }
     let names: Vec<String> = value.extract().map_err(|_| {
@@ -172,7 +198,7 @@ pub(crate) fn stops(value: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Direction
 /// `contact={"floor": 0.8}`.
 pub(crate) fn contacts(value: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Contact)>> {
     let wrong = || PyTypeError::new_err("contact: give {name of the constraint: coefficient of restitution}");
-    let entries = value.cast::<PyDict>().map_err(|_| wrong())?;
+    let entries = entries(value).ok_or_else(wrong)?;
     let of = |(name, restitution): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
         let restitution: f64 = restitution.extract().map_err(|_| wrong())?;
         Ok((name.extract().map_err(|_| wrong())?, restitution.into()))
@@ -184,7 +210,7 @@ pub(crate) fn contacts(value: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Contac
 pub(crate) fn stick_slips(value: &Bound<'_, PyAny>) -> PyResult<Vec<(String, String)>> {
     let wrong =
         || PyTypeError::new_err("stick_slip: give {name of the constraint: name of the breakaway event}");
-    let entries = value.cast::<PyDict>().map_err(|_| wrong())?;
+    let entries = entries(value).ok_or_else(wrong)?;
     entries
         .iter()
         .map(|(name, event)| Ok((name.extract()?, event.extract()?)))
@@ -192,11 +218,21 @@ pub(crate) fn stick_slips(value: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Str
         .map_err(|_| wrong())
 }
 
+/// `ranges={"g": (0.0, 25.0)}`.
+pub(crate) fn ranges(value: &Bound<'_, PyAny>) -> PyResult<Vec<(String, [f64; 2])>> {
+    let wrong = || PyTypeError::new_err("ranges: give {name of the parameter: (from, to)}");
+    let entries = entries(value).ok_or_else(wrong)?;
+    let of = |(name, ends): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+        PyResult::Ok((name.extract()?, ends.extract::<[f64; 2]>()?))
+    };
+    entries.iter().map(of).collect::<PyResult<_>>().map_err(|_| wrong())
+}
+
 /// `on_event={"bounce": action}`, or `{"bounce": ("falling", action)}`.
 pub(crate) fn actions(value: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Direction, Py<PyAny>)>> {
     const NEEDED: &str =
         "on_event: give {name of an event: function of the state}, or {name: (direction, function)}";
-    let entries = value.cast::<PyDict>().map_err(|_| PyTypeError::new_err(NEEDED))?;
+    let entries = entries(value).ok_or_else(|| PyTypeError::new_err(NEEDED))?;
     let of = |(name, action): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
         let name: String = name.extract().map_err(|_| PyTypeError::new_err(NEEDED))?;
         if action.is_callable() {
@@ -215,7 +251,7 @@ pub(crate) fn actions(value: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Directi
 /// `events={"apex": lambda state: state.theta_rate}`.
 pub(crate) fn events(value: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Py<PyAny>)>> {
     const NEEDED: &str = "events: give {name: function of the state that returns a number}";
-    let entries = value.cast::<PyDict>().map_err(|_| PyTypeError::new_err(NEEDED))?;
+    let entries = entries(value).ok_or_else(|| PyTypeError::new_err(NEEDED))?;
     let of = |(name, function): (Bound<'_, PyAny>, Bound<'_, PyAny>)| match function.is_callable() {
         true => Ok((name.extract().map_err(|_| PyTypeError::new_err(NEEDED))?, function.unbind())),
         false => Err(PyTypeError::new_err(NEEDED)),
@@ -230,7 +266,11 @@ pub(crate) fn inputs(info: &Info, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>
     if count == 0 {
         return Err(PyTypeError::new_err(format!("inputs: {} has no inputs", info.name)));
     }
-    if let Ok(entries) = value.cast::<PyDict>() {
+    // One number without a detour by NumPy: laws return it at every stage.
+    if let (1, Ok(value)) = (count, arrays::number(value)) {
+        return Ok(vec![value]);
+    }
+    if let Some(entries) = entries(value) {
         let mut values = vec![f64::NAN; count];
         for (name, given) in entries.iter() {
             let name: String = name.extract()?;
@@ -253,10 +293,6 @@ pub(crate) fn inputs(info: &Info, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>
             return Err(PyValueError::new_err(format!("inputs: `{name}` is missing, or not a number")));
         }
         return Ok(values);
-    }
-    // One number without a detour by NumPy: laws return it at every stage.
-    if let (1, Ok(value)) = (count, value.extract::<f64>()) {
-        return Ok(vec![value]);
     }
     if value.is_instance_of::<PyString>() {
         return Err(PyTypeError::new_err(format!("inputs: numbers are needed for {}", names())));

@@ -1,14 +1,14 @@
 //! Adds the classes of models to a module of Python.
 
-use std::ffi::CString;
 use std::sync::Arc;
 
+use dynamics::model::Described;
 use pyo3::prelude::*;
-use pyo3::types::{PyCFunction, PyDict, PyModule, PyTuple, PyType};
+use pyo3::types::{PyCFunction, PyDict, PyList, PyModule, PyTuple, PyType};
 
 use crate::erased::AnyClass;
 use crate::errors;
-use crate::info::{Info, Slot};
+use crate::info::{Field, Info, Slot};
 use crate::linear::{Equilibrium, Linearization};
 use crate::live::LivePage;
 use crate::model::{CLASS, ClassOfModel, Model};
@@ -50,6 +50,12 @@ pub fn shared(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// # Errors
 /// Python's own.
 pub fn model<F: ModelFields>(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    const {
+        assert!(
+            !crate::is_class(<F::Model as Described>::NAME),
+            "the model has the name of a class that every module has, such as State or Motion; rename it"
+        );
+    }
     let py = module.py();
     let class: Arc<dyn AnyClass> = Arc::new(Class::<F>::new());
     let info = Arc::clone(class.info());
@@ -147,10 +153,22 @@ fn units<'py>(py: Python<'py>, info: &Info) -> PyResult<Bound<'py, PyDict>> {
 
 /// What `help` and editors show: keyword arguments by the names of the parameters.
 fn signature<'py>(py: Python<'py>, info: &Info) -> PyResult<Bound<'py, PyAny>> {
-    let names: Vec<&str> = info.fields.iter().map(|field| field.name).collect();
-    let arguments = if names.is_empty() { String::new() } else { format!("*, {}", names.join(", ")) };
-    let code = CString::new(format!("inspect.signature(lambda {arguments}: None)"))?;
-    let known = PyDict::new(py);
-    known.set_item("inspect", py.import("inspect")?)?;
-    py.eval(&code, Some(&known), None)
+    let inspect = py.import("inspect")?;
+    let (kind, keywords) = (inspect.getattr("Parameter")?, keywords(py)?);
+    let parameters = PyList::empty(py);
+    let (named, others): (Vec<&Field>, Vec<&Field>) =
+        info.fields.iter().partition(|field| !keywords.iter().any(|keyword| keyword == field.name));
+    for field in named {
+        parameters.append(kind.call1((field.name, kind.getattr("KEYWORD_ONLY")?))?)?;
+    }
+    if !others.is_empty() {
+        parameters.append(kind.call1(("_others", kind.getattr("VAR_KEYWORD")?))?)?;
+    }
+    inspect.getattr("Signature")?.call1((parameters,))
+}
+
+/// The words that Python takes for no name. A parameter with such a name is given as
+/// `Model(**{"lambda": 1.0})`, and read by `getattr`.
+pub(crate) fn keywords(py: Python<'_>) -> PyResult<Vec<String>> {
+    py.import("keyword")?.getattr("kwlist")?.extract()
 }

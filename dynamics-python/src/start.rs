@@ -7,6 +7,7 @@ use pyo3::types::PyDict;
 
 use crate::data::{GivenState, StateData};
 use crate::info::{Info, Part};
+use crate::options;
 use crate::state;
 
 /// What `state(..)` was given.
@@ -24,6 +25,14 @@ pub(crate) fn given_state(
     let mut given = GivenState { state, given_q, given_u, speeds: None, assemble, sided };
     for (name, value) in values.into_iter().flat_map(|values| values.iter()) {
         let name: String = name.extract()?;
+        let given_too = |name: &&str| values.is_some_and(|values| values.contains(name).unwrap_or(false));
+        if info.find(&name).is_none()
+            && let Some(guessed) = name.strip_suffix("_guess").filter(given_too)
+        {
+            return Err(PyTypeError::new_err(format!(
+                "{name} is a guess for what is not given, and {guessed} is given: leave out one of them"
+            )));
+        }
         set_given(info, &mut given, &name, &value)?;
     }
     Ok(given)
@@ -61,10 +70,10 @@ fn set_given(info: &Info, given: &mut GivenState, name: &str, value: &Bound<'_, 
 }
 
 /// The switched constraints that are released, and those whose side is given, by bits.
-fn released(info: &Info, names: &Bound<'_, PyAny>) -> PyResult<(ActiveSet, u32)> {
+pub(crate) fn released(info: &Info, names: &Bound<'_, PyAny>) -> PyResult<(ActiveSet, u32)> {
     let entries: Vec<(String, Option<f64>)> = if let Ok(name) = names.extract::<String>() {
         vec![(name, None)]
-    } else if let Ok(sides) = names.cast::<PyDict>() {
+    } else if let Some(sides) = options::entries(names) {
         sides
             .iter()
             .map(|(name, side)| Ok((name.extract()?, Some(side.extract()?))))

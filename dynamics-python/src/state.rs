@@ -37,6 +37,20 @@ impl State {
         value(py, self.part(part), slot).map(Some)
     }
 
+    /// Switched constraints that are released, and their sides.
+    fn sides(&self) -> impl Iterator<Item = (&'static str, f64)> + '_ {
+        let switched = self.info.constraints.iter().filter(|(_, switched)| *switched).enumerate();
+        let released = switched.filter(|(i, _)| !self.data.active_set.holds(*i));
+        released.map(|(i, (name, _))| (*name, self.data.active_set.side(i)))
+    }
+
+    /// The same as a dictionary.
+    fn release<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let sides = PyDict::new(py);
+        self.sides().try_for_each(|(name, side)| sides.set_item(name, side))?;
+        Ok(sides)
+    }
+
     /// Names and values as `state(..)` takes them.
     fn given<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let given = PyDict::new(py);
@@ -62,7 +76,7 @@ fn value<'py>(py: Python<'py>, from: &[f64], slot: &Slot) -> PyResult<Bound<'py,
 /// Writes a number, or as many as the quantity has, to their places.
 pub(crate) fn set(into: &mut [f64], slot: &Slot, given: &Bound<'_, PyAny>) -> PyResult<()> {
     let Some(len) = slot.len else {
-        into[slot.at] = given.extract().map_err(|error: PyErr| {
+        into[slot.at] = arrays::number(given).map_err(|error: PyErr| {
             PyTypeError::new_err(format!("{}: {}", slot.shown(), error.value(given.py())))
         })?;
         return Ok(());
@@ -104,14 +118,16 @@ impl State {
     /// Names of the switched constraints that are released.
     #[getter]
     fn released(&self) -> Vec<&'static str> {
-        let switched = self.info.constraints.iter().filter(|(_, switched)| *switched).enumerate();
-        switched.filter(|(i, _)| !self.data.active_set.holds(*i)).map(|(_, (name, _))| *name).collect()
+        self.sides().map(|(name, _)| name).collect()
     }
 
-    /// All names and values.
+    /// All names and values, and the sides of released constraints as `release`: what `state(..)` takes.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let all = self.given(py)?;
         all.set_item("t", self.data.t)?;
+        if !self.data.active_set.all_hold() {
+            all.set_item("release", self.release(py)?)?;
+        }
         Ok(all)
     }
 
@@ -160,7 +176,8 @@ impl State {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let class = self.info.class.get().ok_or_else(|| PyTypeError::new_err("this state has no class"))?;
-        Ok((class.bind(py).getattr("_state_of")?, pickled(py, &self.data)?))
+        let parts = (self.data.t, self.given(py)?, self.release(py)?).into_pyobject(py)?;
+        Ok((class.bind(py).getattr("_state_of")?, parts))
     }
 
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
@@ -176,12 +193,4 @@ impl State {
         }
         Ok(format!("<state of {}: {}>", self.info.name, parts.join(", ")))
     }
-}
-
-/// What a pickled state is made of: t, q, u, inputs, the sides of released constraints by index.
-fn pickled<'py>(py: Python<'py>, data: &StateData) -> PyResult<Bound<'py, PyTuple>> {
-    use dynamics::model::ActiveSet;
-    let released = (0..ActiveSet::MAX).filter(|i| !data.active_set.holds(*i));
-    let released: Vec<(usize, f64)> = released.map(|i| (i, data.active_set.side(i))).collect();
-    (data.t, data.q.clone(), data.u.clone(), data.inputs.clone(), released).into_pyobject(py)
 }

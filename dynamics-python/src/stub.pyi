@@ -9,7 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 __version__: str
 
 Array = NDArray[np.float64]
-Spline = Union[tuple[ArrayLike, ArrayLike], Mapping[str, Any]]
+Spline = Union[tuple[ArrayLike, ArrayLike], tuple[ArrayLike, ArrayLike, Any], Mapping[str, Any]]
+Inputs = Union[ArrayLike, Mapping[str, ArrayLike]]
+Release = Union[str, Sequence[str], Mapping[str, float]]
 Direction = Literal["rising", "falling", "any"]
 Method = Literal[
     METHODS
@@ -225,10 +227,17 @@ class Model(Generic[_S, _M]):
         q: ArrayLike | _S,
         u: ArrayLike | None = None,
         t: ArrayLike | None = None,
-        inputs: ArrayLike | None = None,
+        inputs: Inputs | None = None,
+        *,
+        release: Release | None = None,
     ) -> Array: ...
     def mass_matrix(
-        self, q: ArrayLike | _S, t: ArrayLike | None = None, inputs: ArrayLike | None = None
+        self,
+        q: ArrayLike | _S,
+        t: ArrayLike | None = None,
+        inputs: Inputs | None = None,
+        *,
+        release: Release | None = None,
     ) -> Array: ...
     def evaluate(
         self,
@@ -238,7 +247,9 @@ class Model(Generic[_S, _M]):
         q: ArrayLike | _S,
         u: ArrayLike | None = None,
         t: ArrayLike | None = None,
-        inputs: ArrayLike | None = None,
+        inputs: Inputs | None = None,
+        *,
+        release: Release | None = None,
     ) -> Any: ...
     def equilibrium(self, near: _S) -> Equilibrium: ...
     def linearize(self, at: _S) -> Linearization: ...

@@ -9,7 +9,7 @@ use dynamics::simulate::{Motion, MotionRecord, Summary};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::argument::{Argument, Given};
+use crate::argument::{Argument, Given, plain};
 use crate::data::{Columns, Evaluation, EventData, GivenState, LinearData, Matrix, StateData, Table, vector};
 use crate::erased::{AnyClass, AnyModel, AnyMotion, File, LiveOptions, RunResult, States, Times};
 use crate::evaluate;
@@ -31,7 +31,7 @@ impl FieldTypes {
     /// Of the field that a function returns.
     #[must_use]
     pub fn of<M, T: Argument>(name: &'static str, _: fn(&M) -> &T) -> Self {
-        Self { name, takes: T::TAKES, gives: T::GIVES }
+        Self { name: plain(name), takes: T::TAKES, gives: T::GIVES }
     }
 }
 
@@ -271,6 +271,10 @@ impl<M: PythonModel> AnyMotion for Recorded<M> {
         (motion.start_time(), motion.end_time())
     }
 
+    fn callbacks(&self) -> &Callbacks {
+        &self.callbacks
+    }
+
     fn start(&self, interruption: &Interruption) -> StateData {
         StateData::of(&self.motion(interruption).start())
     }
@@ -354,7 +358,12 @@ impl<M: PythonModel> AnyMotion for Recorded<M> {
 
     fn live(&self, interruption: &Interruption) -> Result<String, String> {
         let start = self.motion(interruption).start();
-        let options = LiveOptions { run: self.options.clone(), ..LiveOptions::default() };
+        let mut run = self.options.clone();
+        // A page has the model's own events, not those that were functions of Python.
+        let of_model = |event: &str| self.callbacks.events.iter().all(|(name, _)| name != event);
+        run.stops.retain(|(name, _)| of_model(name));
+        run.stick_slips.retain(|(_, event)| of_model(event));
+        let options = LiveOptions { run, ..LiveOptions::default() };
         live_page(&*self.model, start, &options)
     }
 }

@@ -1,4 +1,4 @@
-//! Twelve mechanisms as one Python module. Most are models of the folder `examples` of the library.
+//! Thirteen mechanisms as one Python module. Most are models of the folder `examples` of the library.
 
 // Fields are documented where their names do not say enough, as in the library's examples.
 #![allow(missing_docs)]
@@ -13,6 +13,7 @@ mod gyroscope;
 mod roller_coaster;
 mod rolling_coin;
 mod satellite;
+mod spring;
 mod stick_slip;
 mod tumbling_book;
 
@@ -29,6 +30,7 @@ dynamics_python::module!(
     roller_coaster::RollerCoaster,
     rolling_coin::Coin,
     satellite::Satellite,
+    spring::Spring,
     stick_slip::Block,
     tumbling_book::Book,
 );

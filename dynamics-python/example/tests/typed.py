@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from mechanisms import CartPole, Chain, DoublePendulum, Motion
+from mechanisms import Ball, CartPole, Chain, DoublePendulum, Motion, RollerCoaster, Spring
 from numpy.typing import NDArray
 
 model = DoublePendulum(m1=1.0, m2=1.0, l1=1.0, l2=1.0, g=9.81)
@@ -16,6 +16,15 @@ chain = Chain(cart=1.0, mass=np.ones(10), length=[0.1] * 10, g=9.81)
 lengths: NDArray[np.float64] = chain.length
 cart = CartPole(cart=1.0, bob=0.1, length=0.5, g=9.81)
 cart.simulate(cart.state(theta=0.1), until=1.0, inputs=lambda t, state: [40.0 * state.theta])
+cart.accelerations(cart.state(), inputs={"force": 1.0})
+ball = Ball(mass=0.2, g=9.81)
+ball.accelerations(np.zeros((4, 1)), release="floor")
+knots, values = [0.0, 1.0, 2.0], [0.0, 1.0, 0.0]
+track = RollerCoaster(mass=1.0, g=9.81, end=2.0, x=(knots, values, "natural"), y=(knots, values))
+track.x = (knots, values)
+spring = Spring(mass=1.0, stiffness=1.0, length=1.0, type=1.0, **{"lambda": 1.0})
+pushed: dict[str, Any] = {"from": 2.0}
+spring.state(x=1.0, **pushed)
 
 
 def energies(of: Motion) -> NDArray[Any]:
