@@ -34,7 +34,7 @@ impl Driven {
     }
     #[output]
     fn constant(&self, _: &Coordinates<Self>) -> Expr {
-        2.0 * self.mass
+        (2.0 * self.mass).into()
     }
     #[output]
     fn acceleration(&self, q: &Coordinates<Self>) -> Expr {
