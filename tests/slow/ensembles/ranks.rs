@@ -57,6 +57,25 @@ fn rank() {
             );
             println!("refused");
         }
+        Ok("names") => {
+            // One rank asks for what is not there: the others do not wait for it.
+            let name = if mpi.rank() == 1 { "theta9" } else { "theta1" };
+            let grid = Grid::new().over(name, [0.1, 0.2]);
+            let error = MODEL.ensemble(start(), grid).until(0.1).to(&path).on(&mpi).run().unwrap_err();
+            assert!(matches!(error, EnsembleError::Variable(_) | EnsembleError::Rank { rank: 1 }), "{error}");
+            println!("refused");
+        }
+        Ok("changed") => {
+            // The file is complete, and of another plan than that of one rank.
+            on().run().unwrap();
+            let label = if mpi.rank() == 1 { on().label("b") } else { on() };
+            let error = label.run().unwrap_err();
+            assert!(
+                matches!(error, EnsembleError::OtherPlan { .. } | EnsembleError::Rank { rank: 1 }),
+                "{error}"
+            );
+            println!("refused");
+        }
         _ => {
             let table = on().run().unwrap();
             assert!(table.len() == 300 && !table.failed().is_empty());
@@ -119,12 +138,12 @@ fn a_rank_that_dies_loses_its_block_only() {
 #[test]
 fn errors_end_all_ranks() {
     let folder = Folder::new("failing-ranks");
-    for task in ["fail", "plan"] {
+    for task in ["fail", "plan", "names", "changed"] {
         let path = folder.path(&format!("{task}.csv"));
         let output = run(3, &path, task);
         let text = String::from_utf8_lossy(&output.stdout);
         assert!(output.status.success(), "{task}: {text}{}", String::from_utf8_lossy(&output.stderr));
         assert_eq!(text.matches("refused").count(), 3, "{task}: {text}");
-        assert!(!path.exists());
+        assert_eq!(path.exists(), task == "changed");
     }
 }

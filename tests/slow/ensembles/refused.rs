@@ -92,3 +92,14 @@ fn statistics_are_checked() {
     let text = infinite.mean("x").unwrap_err().to_string();
     assert!(text.contains("`x` has no finite value in run 0"), "{text}");
 }
+
+/// A number that is not finite is no failure: importance refuses it as means do.
+#[test]
+fn importance_refuses_numbers_that_are_not_finite() {
+    let samples = Samples::random(64, 1).uniform("m1", 1.0, 2.0).uniform("m2", 1.0, 2.0);
+    let of = |model: &DoublePendulum, _: State<DoublePendulum>| [(1.5 - model.m1).sqrt()];
+    let table = MODEL.ensemble(start(), samples.for_importance()).compute(["x"], of).run().unwrap();
+    let (mean, importance) = (table.mean("x").unwrap_err(), table.importance("x").unwrap_err());
+    assert!(matches!(importance, EnsembleError::NotFinite { .. }), "{importance}");
+    assert_eq!(mean.to_string(), importance.to_string());
+}

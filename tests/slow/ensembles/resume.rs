@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use dynamics::ensembles::{EnsembleError, Grid, Inputs, OpenEnsemble};
+use dynamics::ensembles::{EnsembleError, EnsembleTable, Grid, Inputs, OpenEnsemble, Points, Samples};
 use dynamics::prelude::*;
 
 use super::double_pendulum::DoublePendulum;
@@ -91,7 +91,7 @@ fn other_plans_are_refused_by_what_differs() {
         let other = MODEL.ensemble(start(), angles).until(0.5).tolerance(1e-7).block(16);
         let found = names(other.keep_ends(["theta2_end [rad]", "height"], angle));
         assert!(
-            found.iter().any(|name| name == "varies theta1") && found.contains(&"runs".into()),
+            found.iter().any(|name| name == "inputs: varies theta1") && found.contains(&"runs".into()),
             "{found:?}"
         );
     }
@@ -133,4 +133,142 @@ fn files_of_unknown_origin_are_not_overwritten() {
     let error = ensemble().to(&path).run().unwrap_err();
     assert!(matches!(error, EnsembleError::Unknown { .. }), "{error}");
     assert_eq!(bytes(&path), b"my own\n");
+}
+
+/// Swapped axes, names and samples give the same lines in another order, and other runs.
+#[test]
+fn the_order_of_inputs_is_part_of_the_plan() {
+    let folder = Folder::new("order");
+    let axis = || [0.1, 0.2, 0.3];
+    // The first run, of which the plan has the equations, is the same.
+    let list = [[0.1, 0.1], [0.3, 0.4], [0.5, 0.6]];
+    let samples = |names: [&str; 2]| {
+        names.into_iter().fold(Samples::sobol(8).unscrambled(), |all, name| all.uniform(name, 0.0, 1.0))
+    };
+    let pairs: [[Box<dyn Inputs>; 2]; 3] = [
+        [
+            Box::new(Grid::new().over("theta1", axis()).over("theta2", axis())),
+            Box::new(Grid::new().over("theta2", axis()).over("theta1", axis())),
+        ],
+        [
+            Box::new(Points::new(["theta1", "theta2"], list)),
+            Box::new(Points::new(["theta2", "theta1"], list)),
+        ],
+        [Box::new(samples(["theta1", "theta2"])), Box::new(samples(["theta2", "theta1"]))],
+    ];
+    for (k, pair) in pairs.iter().enumerate() {
+        let path = folder.path(&format!("runs{k}.csv"));
+        let of = |inputs| MODEL.ensemble(start(), Borrowed(inputs)).until(0.01).block(2).to(&path);
+        let [one, other] = [&*pair[0], &*pair[1]];
+        let refused = |error: EnsembleError| {
+            let text = error.to_string();
+            assert!(text.contains("`order` is `inputs: varies theta1` before"), "{text}");
+        };
+        of(one).shard(0, 1).run().unwrap();
+        refused(of(other).shard(0, 1).run().unwrap_err());
+        of(one).run().unwrap();
+        refused(of(other).run().unwrap_err());
+    }
+}
+
+struct Borrowed<'i>(&'i dyn Inputs);
+
+impl Inputs for Borrowed<'_> {
+    fn names(&self) -> Vec<String> {
+        self.0.names()
+    }
+    fn count(&self) -> usize {
+        self.0.count()
+    }
+    fn point(&self, run: usize, values: &mut [f64]) {
+        self.0.point(run, values);
+    }
+    fn plan(&self) -> Vec<(String, String)> {
+        self.0.plan()
+    }
+}
+
+#[test]
+fn generators_that_have_changed_are_noticed_in_complete_files() {
+    let folder = Folder::new("changed-file");
+    let path = folder.path("runs.csv");
+    let with = |by: f64| MODEL.ensemble(start(), Changed(by)).until(0.01).block(8).to(&path);
+    with(0.01).run().unwrap();
+    assert_eq!(with(0.01).run().unwrap().report().made, 0);
+    let error = with(0.02).run().unwrap_err().to_string();
+    assert!(error.contains("`input 0 of run 4` is 0.04 there and 0.08 here"), "{error}");
+}
+
+/// A whole block of another plan is no damage that would be repaired in silence.
+#[test]
+fn blocks_of_other_plans_are_errors() {
+    let folder = Folder::new("other-block");
+    let (path, other) = (folder.path("runs.csv"), folder.path("other.csv"));
+    blocks_of_ended_run(&path);
+    ensemble().label("other").to(&other).shard(0, 1).run().unwrap();
+    let block = "000000003.block";
+    std::fs::copy(folder.path("other.csv.0-of-1").join(block), folder.path("runs.csv.blocks").join(block))
+        .unwrap();
+    let error = ensemble().to(&path).run().unwrap_err();
+    assert!(matches!(error, EnsembleError::OtherPlan { .. }), "{error}");
+    assert!(error.to_string().contains(block) && error.to_string().contains("digest"), "{error}");
+    assert!(!path.exists());
+}
+
+/// Blocks beside a file that is complete are removed only if they are its own.
+#[test]
+fn blocks_of_another_plan_stay() {
+    let folder = Folder::new("foreign-blocks");
+    let (path, other) = (folder.path("runs.csv"), folder.path("other.csv"));
+    ensemble().label("other").to(&other).run().unwrap();
+    blocks_of_ended_run(&path);
+    std::fs::copy(&other, &path).unwrap();
+    std::fs::copy(folder.path("other.csv.plan.txt"), folder.path("runs.csv.plan.txt")).unwrap();
+    let read = ensemble().label("other").to(&path).run().unwrap();
+    assert_eq!(read.report().made, 0);
+    assert!(folder.path("runs.csv.blocks/000000018.block").exists());
+    // And its own are.
+    std::fs::remove_file(&path).unwrap();
+    let table = ensemble().to(&path).run().unwrap();
+    assert_eq!(table.report().made, 0);
+    assert!(!folder.path("runs.csv.blocks").exists());
+    blocks_of_ended_run(&path);
+    assert_eq!(ensemble().to(&path).run().unwrap().report().made, 0);
+    assert!(!folder.path("runs.csv.blocks").exists());
+}
+
+/// A plan that was cut off when the power failed is written again, and blocks are not made again.
+#[test]
+fn plans_that_were_cut_off_are_missing() {
+    let folder = Folder::new("cut-plan");
+    let path = folder.path("runs.csv");
+    for length in [0, 20, 400] {
+        blocks_of_ended_run(&path);
+        let plan = folder.path("runs.csv.blocks/plan.txt");
+        let whole = bytes(&plan);
+        std::fs::write(&plan, &whole[..length]).unwrap();
+        let table = ensemble().to(&path).run().unwrap();
+        assert_eq!((table.report().made, table.report().damaged_blocks), (0, 0), "{length}");
+        assert!(!folder.path("runs.csv.blocks").exists());
+        // That beside a table says nothing of it.
+        std::fs::write(folder.path("runs.csv.plan.txt"), &whole[..length]).unwrap();
+        let error = EnsembleTable::read(&path).unwrap_err();
+        assert!(matches!(error, EnsembleError::Unknown { .. }), "{error}");
+        std::fs::remove_file(&path).unwrap();
+    }
+}
+
+/// Failures that are in files already end an ensemble, too.
+#[test]
+fn failures_in_files_end_all_on_request() {
+    let folder = Folder::new("fail-fast-again");
+    let path = folder.path("runs.csv");
+    let refused = || {
+        let error = ensemble().fail_fast().to(&path).run().unwrap_err();
+        assert!(matches!(error, EnsembleError::Run { run: 0, .. }), "{error}");
+    };
+    blocks_of_ended_run(&path);
+    refused();
+    ensemble().to(&path).run().unwrap();
+    refused();
 }
