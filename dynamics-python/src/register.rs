@@ -154,7 +154,7 @@ fn units<'py>(py: Python<'py>, info: &Info) -> PyResult<Bound<'py, PyDict>> {
 /// What `help` and editors show: keyword arguments by the names of the parameters.
 fn signature<'py>(py: Python<'py>, info: &Info) -> PyResult<Bound<'py, PyAny>> {
     let inspect = py.import("inspect")?;
-    let (kind, keywords) = (inspect.getattr("Parameter")?, keywords(py)?);
+    let (kind, keywords) = (inspect.getattr("Parameter")?, stub::keywords(py)?);
     let parameters = PyList::empty(py);
     let (named, others): (Vec<&Field>, Vec<&Field>) =
         info.fields.iter().partition(|field| !keywords.iter().any(|keyword| keyword == field.name));
@@ -165,10 +165,4 @@ fn signature<'py>(py: Python<'py>, info: &Info) -> PyResult<Bound<'py, PyAny>> {
         parameters.append(kind.call1(("_others", kind.getattr("VAR_KEYWORD")?))?)?;
     }
     inspect.getattr("Signature")?.call1((parameters,))
-}
-
-/// The words that Python takes for no name. A parameter with such a name is given as
-/// `Model(**{"lambda": 1.0})`, and read by `getattr`.
-pub(crate) fn keywords(py: Python<'_>) -> PyResult<Vec<String>> {
-    py.import("keyword")?.getattr("kwlist")?.extract()
 }

@@ -8,7 +8,6 @@ use pyo3::types::{PyDict, PyModule};
 use crate::info::{Field, Info, Slot};
 use crate::model::{CLASS, ClassOfModel, EVALUATIONS};
 use crate::options::METHODS;
-use crate::register::keywords;
 
 /// The stubs of a module with models.
 pub(crate) fn stub(module: &Bound<'_, PyModule>) -> PyResult<String> {
@@ -106,4 +105,10 @@ fn attributes(info: &Info) -> impl Iterator<Item = (String, &Slot)> {
     let both =
         coordinates.flat_map(|slot| [(slot.name.clone(), slot), (format!("{}_rate", slot.name), slot)]);
     both.chain(info.inputs.iter().map(|slot| (slot.name.clone(), slot)))
+}
+
+/// The words that Python takes for no name. A parameter with such a name is given as
+/// `Model(**{"lambda": 1.0})`, and read by `getattr`.
+pub(crate) fn keywords(py: Python<'_>) -> PyResult<Vec<String>> {
+    py.import("keyword")?.getattr("kwlist")?.extract()
 }
