@@ -21,7 +21,7 @@ use dynamics_runtime::simulate::{Simulate, Simulation, SimulationError};
 use crate::blocks::{Blocks, Found};
 use crate::error::EnsembleError;
 use crate::plan::{Partition, PlanDifference};
-use crate::rows::{MakesRows, Rows};
+use crate::rows::Rows;
 
 /// Where an ensemble runs: [`Cores`], or, with the feature `mpi`, the ranks of MPI.
 pub trait Place {
@@ -97,6 +97,19 @@ pub(crate) trait EndsElsewhere<M: Simulate>: Sync {
     fn way(&self) -> String;
     /// What is known of the runs that were made, for the report.
     fn remark(&self) -> String;
+}
+
+/// What makes the rows of runs.
+pub(crate) trait MakesRows: Sync {
+    /// The rows of some runs. They do not depend on which others are asked for at the same time.
+    ///
+    /// # Errors
+    /// What makes the runs fails as a whole.
+    fn rows(&self, runs: Range<usize>) -> Result<Rows, EnsembleError>;
+    /// Writes the inputs of a run to the first columns of a row.
+    fn inputs(&self, run: usize, row: &mut [f64]);
+    /// Whether runs are made side by side, so that a core should make many at once.
+    fn is_in_lanes(&self) -> bool;
 }
 
 /// The runs to be made.

@@ -2,8 +2,6 @@
 
 use std::ops::Range;
 
-use crate::error::EnsembleError;
-
 /// A run that failed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FailedRun {
@@ -70,19 +68,6 @@ impl EnsembleColumn {
     pub(crate) fn head(&self) -> String {
         if self.unit.is_empty() { self.name.clone() } else { format!("{} [{}]", self.name, self.unit) }
     }
-}
-
-/// What makes the rows of runs.
-pub(crate) trait MakesRows: Sync {
-    /// The rows of some runs. They do not depend on which others are asked for at the same time.
-    ///
-    /// # Errors
-    /// What makes the runs fails as a whole.
-    fn rows(&self, runs: Range<usize>) -> Result<Rows, EnsembleError>;
-    /// Writes the inputs of a run to the first columns of a row.
-    fn inputs(&self, run: usize, row: &mut [f64]);
-    /// Whether runs are made side by side, so that a core should make many at once.
-    fn is_in_lanes(&self) -> bool;
 }
 
 #[cfg(test)]

@@ -8,8 +8,8 @@ use dynamics_runtime::simulate::{Motion, Simulate, Simulation, ends};
 
 use crate::error::EnsembleError;
 use crate::inputs::Inputs;
-use crate::places::EndsElsewhere;
-use crate::rows::{EnsembleColumn, FailedRun, MakesRows, Rows};
+use crate::places::{EndsElsewhere, MakesRows};
+use crate::rows::{EnsembleColumn, FailedRun, Rows};
 
 /// Completes the simulation of a run.
 pub(crate) type RunOptions<'m, M> =
