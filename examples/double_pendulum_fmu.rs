@@ -1,5 +1,5 @@
-//! A double pendulum as a functional mock-up unit (FMI 3.0), and an importer of thirty lines in C that moves it
-//! by Co-Simulation, beside the same pendulum in Rust.
+//! A double pendulum as a functional mock-up unit (FMI 3.0), and an importer of thirty lines in C that moves
+//! it by Co-Simulation, beside the same pendulum in Rust.
 //!
 //!     r₁ = l₁ (sin θ₁, −cos θ₁),   r₂ = r₁ + l₂ (sin θ₂, −cos θ₂)
 //!     L = ½ m₁ |ṙ₁|² + ½ m₂ |ṙ₂|² − g (m₁ y₁ + m₂ y₂)

@@ -1,4 +1,5 @@
-//! What decides where a double pendulum is: its starts, its lengths, its masses? The answer changes with time.
+//! What decides where a double pendulum is: its starts, its lengths, its masses? The answer changes with
+//! time.
 //!
 //! Each input is known to within a normal distribution: angles to 1°, lengths and masses to 1 %. Sobol
 //! indices say which part of the variance of the lower bob's position is due to which input: *alone* if

@@ -128,7 +128,8 @@ impl Blocks {
         }
     }
 
-    /// Removes the folder of a table that is complete. One of another plan stays: its runs are in no other file.
+    /// Removes the folder of a table that is complete. One of another plan stays: its runs are in no other
+    /// file.
     pub(crate) fn remove_if_ours(&self, description: &Description) -> Result<(), EnsembleError> {
         match Self::described(&self.folder)? {
             Some(there) if description.plan.differences(&there.plan).is_empty() => self.remove(),

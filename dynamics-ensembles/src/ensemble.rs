@@ -132,9 +132,10 @@ impl<'m, M: Simulate + Parameters + Clone> Ensemble<'m, M> {
         self
     }
 
-    /// Keeps numbers of each motion, under these names, with a unit if it stands in brackets:
-    /// `"energy_drift [J]"`. The closure returns the numbers, or a `Result` of them with a [`RunFailure`], to
-    /// which the errors of runs convert by `?`. Runs are made one by one; if the last state is enough, [`Ensemble::keep_ends`] takes a part of the time.
+    /// Keeps numbers of each motion, under these names, with a unit if it stands in brackets: `"energy_drift
+    /// [J]"`. The closure returns the numbers, or a `Result` of them with a [`RunFailure`], to which the
+    /// errors of runs convert by `?`. Runs are made one by one; if the last state is enough,
+    /// [`Ensemble::keep_ends`] takes a part of the time.
     pub fn keep<const K: usize, R: KeptNumbers<K>>(
         mut self,
         names: [&str; K],

@@ -155,8 +155,8 @@ pub(crate) struct TableWriter {
 }
 
 impl TableWriter {
-    /// Begins a file; folders that it needs are made. A file of another plan is left as it is. What is not complete lies in `folder`, from which it is
-    /// removed with the blocks, or, without one, beside the file.
+    /// Begins a file; folders that it needs are made. A file of another plan is left as it is. What is not
+    /// complete lies in `folder`, from which it is removed with the blocks, or, without one, beside the file.
     pub(crate) fn create(
         path: &Path,
         folder: Option<&Path>,

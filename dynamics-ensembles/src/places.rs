@@ -1,5 +1,5 @@
-//! Where the runs are made. Files and their order do not depend on it; results depend on it only where the plan
-//! says so, for graphics cards.
+//! Where the runs are made. Files and their order do not depend on it; results depend on it only where the
+//! plan says so, for graphics cards.
 
 #[cfg(any(feature = "cuda", feature = "wgpu"))]
 mod cards;
@@ -54,8 +54,8 @@ pub(crate) fn agreed<T>(place: &dyn Place, result: Result<T, EnsembleError>) -> 
     }
 }
 
-/// Where an ensemble of a model runs: a [`Place`]; with the features `cuda` and `wgpu` a card, or the result of
-/// looking for one.
+/// Where an ensemble of a model runs: a [`Place`]; with the features `cuda` and `wgpu` a card, or the result
+/// of looking for one.
 pub trait PlaceFor<M: Simulate> {
     /// The place, and what makes ends there in place of the lanes of the processor.
     #[doc(hidden)]
@@ -167,8 +167,8 @@ impl Job<'_> {
         Ok(Missing { blocks, runs, damaged })
     }
 
-    /// Checks rows that are in files: their inputs must be those of this ensemble at the first, the middle and
-    /// the last run of each block, since a plan may say little of a closure that makes them. With
+    /// Checks rows that are in files: their inputs must be those of this ensemble at the first, the middle
+    /// and the last run of each block, since a plan may say little of a closure that makes them. With
     /// `.fail_fast()` a failure among them is an error, as if it were made now.
     pub(crate) fn check(&self, rows: &Rows, path: &Path) -> Result<(), EnsembleError> {
         let width = rows.values.len() / rows.runs.len().max(1);

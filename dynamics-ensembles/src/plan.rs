@@ -148,8 +148,8 @@ impl Plan {
         crate::hash::of_bytes(self.to_text().as_bytes())
     }
 
-    /// What differs from the plan of files: nothing only if all lines are the same in the same order, on which
-    /// the order of the runs depends.
+    /// What differs from the plan of files: nothing only if all lines are the same in the same order, on
+    /// which the order of the runs depends.
     pub(crate) fn differences(&self, there: &Self) -> Vec<PlanDifference> {
         if self == there {
             return Vec::new();

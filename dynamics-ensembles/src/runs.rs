@@ -126,8 +126,8 @@ impl<'m, M: Simulate + Parameters + Clone> Runs<'m, M> {
     }
 }
 
-/// The first line of what happened: the state follows in further lines, for which a table has no room. In a file
-/// a failure without a reason would be none.
+/// The first line of what happened: the state follows in further lines, for which a table has no room. In a
+/// file a failure without a reason would be none.
 fn first_line(failure: &RunFailure) -> String {
     let first = failure.message.lines().map(str::trim).find(|line| !line.is_empty());
     first.unwrap_or("it failed and gave no reason").to_owned()

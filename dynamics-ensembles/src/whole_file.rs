@@ -1,5 +1,5 @@
-//! Files that are complete or absent, whenever the process ends or the power fails: written under another name,
-//! brought to the disk, then renamed.
+//! Files that are complete or absent, whenever the process ends or the power fails: written under another
+//! name, brought to the disk, then renamed.
 
 use std::fs::{self, File};
 use std::hash::{BuildHasher, Hasher, RandomState};

@@ -103,8 +103,9 @@ impl<'a, M: SimulationModel + PrintedInC> Fmu<'a, M> {
         self
     }
 
-    /// The tolerance of Co-Simulation, where the importer gives none: relative, and absolute in nominal values of
-    /// the states. The drift from constraints in Model Exchange is kept below a tenth of it. Default 1e-8.
+    /// The tolerance of Co-Simulation, where the importer gives none: relative, and absolute in nominal
+    /// values of the states. The drift from constraints in Model Exchange is kept below a tenth of it.
+    /// Default 1e-8.
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self

@@ -17,9 +17,9 @@ const HEADERS: [(&str, &str); 3] = [
     ("fmi3PlatformTypes.h", include_str!("headers/fmi3PlatformTypes.h")),
 ];
 
-/// Templates: `$` stands for the model's prefix, `%%` for it in capitals, `<<..>>` for texts of the model. Their
-/// names get the prefix, too. The functions of the standard have none: to link several units into one program
-/// compile each with its own `FMI3_FUNCTION_PREFIX`.
+/// Templates: `$` stands for the model's prefix, `%%` for it in capitals, `<<..>>` for texts of the model.
+/// Their names get the prefix, too. The functions of the standard have none: to link several units into one
+/// program compile each with its own `FMI3_FUNCTION_PREFIX`.
 const TEMPLATES: [(&str, &str); 7] = [
     ("fmu.h", include_str!("c/fmu.h")),
     ("fmu_values.c", include_str!("c/fmu_values.c")),

@@ -102,9 +102,9 @@ impl From<KernelError> for GpuError {
     }
 }
 
-/// A kernel of a model as machine code for cards of a kind, such as `90` for compute capability 9.0. No card is
-/// needed. With `exact` products and sums are not fused: results then have the bits of portable lanes of the
-/// processor.
+/// A kernel of a model as machine code for cards of a kind, such as `90` for compute capability 9.0. No card
+/// is needed. With `exact` products and sums are not fused: results then have the bits of portable lanes of
+/// the processor.
 ///
 /// # Errors
 /// The model has constraints or cannot be written in C; there is no compiler of kernels.
@@ -243,9 +243,9 @@ impl Gpu {
         &self.name
     }
 
-    /// The ends of simulations of one model, in their order, as [`ends`](dynamics_runtime::simulate::ends) has
-    /// them. Runs with constraints, choices or events that act, stiff runs and those that fail are made by the
-    /// processor. The simulations may differ in parameters, starts, ends and tolerances.
+    /// The ends of simulations of one model, in their order, as [`ends`](dynamics_runtime::simulate::ends)
+    /// has them. Runs with constraints, choices or events that act, stiff runs and those that fail are made
+    /// by the processor. The simulations may differ in parameters, starts, ends and tolerances.
     ///
     /// # Errors
     /// The model cannot be written in C, the models differ in smooth functions, or the card fails. Runs that

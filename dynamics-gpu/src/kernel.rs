@@ -7,7 +7,8 @@ use dynamics_export::{CExport, ExportC as _, ExportError};
 use dynamics_runtime::integrate::{LANE_METHOD, LaneMethod};
 use dynamics_runtime::model::{PrintedInC, PrintedInWgsl, SimulationModel};
 
-/// The method, with gaps `<<..>>` for sizes, tables and calls. `%%` stands for the model's prefix in capitals.
+/// The method, with gaps `<<..>>` for sizes, tables and calls. `%%` stands for the model's prefix in
+/// capitals.
 const METHOD: &str = include_str!("side_by_side.c");
 
 /// What a kernel needs before the text: words that C has and CUDA has not.
@@ -25,7 +26,8 @@ pub(crate) const CUDA: &str = "\
 
 /// The kernel itself: a thread for each run. `$` stands for the model's prefix.
 const LAUNCHED: &str = "
-extern \"C\" __global__ void $_kernel(const double *given, double *moving, int *outcomes, size_t runs, int attempts)
+extern \"C\" __global__ void $_kernel(const double *given, double *moving, int *outcomes, size_t runs,
+  int attempts)
 {
   const size_t run = (size_t)blockIdx.x*(size_t)blockDim.x + (size_t)threadIdx.x;
   if ((run < runs) && (outcomes[run] == 0)) {
@@ -63,15 +65,15 @@ pub(crate) fn name<M: PrintedInC>() -> String {
     format!("{}_kernel", M::C.name)
 }
 
-/// A function in C99 that moves a run of a [`Batch`](dynamics_runtime::simulate::Batch), with all that it needs
-/// but for headers:
+/// A function in C99 that moves a run of a [`Batch`](dynamics_runtime::simulate::Batch), with all that it
+/// needs but for headers:
 ///
 /// ```c
 /// int NAME_side_by_side(const double *given, double *moving, size_t runs, size_t run, int attempts);
 /// ```
 ///
-/// It makes so many attempts at most, and returns the run's outcome: 0 where it goes on. NAME is the struct's name in small letters. Headers that it needs are
-/// `<math.h>`, `<float.h>` and `<stddef.h>`.
+/// It makes so many attempts at most, and returns the run's outcome: 0 where it goes on. NAME is the struct's
+/// name in small letters. Headers that it needs are `<math.h>`, `<float.h>` and `<stddef.h>`.
 ///
 /// # Errors
 /// The model has constraints; it cannot be written in C.

@@ -1,8 +1,8 @@
 //! Many runs of a model on a graphics card.
 //!
-//! A model with `#[model(targets(c))]` has its programs in C. [`kernel_in_cuda`] joins them with the method that
-//! moves runs side by side in the lanes of the processor; the card's driver compiles the text when the program
-//! runs. [`Gpu::ends`] hands runs to the card and those that it cannot make to the processor.
+//! A model with `#[model(targets(c))]` has its programs in C. [`kernel_in_cuda`] joins them with the method
+//! that moves runs side by side in the lanes of the processor; the card's driver compiles the text when the
+//! program runs. [`Gpu::ends`] hands runs to the card and those that it cannot make to the processor.
 //!
 //! | file | what it does |
 //! |---|---|

@@ -140,15 +140,15 @@ impl SingleGpu {
     }
 
     /// The ends of simulations of one model, in their order, as [`ends`] has them, in single precision. Runs
-    /// with constraints, choices or events that act, stiff runs and those that fail are made by the processor,
-    /// in double precision. The simulations may differ in parameters, starts, ends and tolerances.
+    /// with constraints, choices or events that act, stiff runs and those that fail are made by the
+    /// processor, in double precision. The simulations may differ in parameters, starts, ends and tolerances.
     ///
     /// Some of the runs are made again in double precision, so that the error is known
     /// ([`SingleEnds::measured_error`]).
     ///
     /// # Errors
-    /// The model cannot be written in WGSL, a tolerance is below 1e-5, or the card fails. Runs that fail are no
-    /// error of the whole.
+    /// The model cannot be written in WGSL, a tolerance is below 1e-5, or the card fails. Runs that fail are
+    /// no error of the whole.
     pub fn ends<'m, M, I>(&self, simulations: I) -> Result<SingleEnds<M>, SingleGpuError>
     where
         M: SimulationModel + PrintedInWgsl + 'm,
@@ -247,8 +247,8 @@ fn measured_error<'m, M: SimulationModel + 'm>(
     found
 }
 
-/// Whether single precision holds a number: not where it is 0 or infinite there alone, or where cards may take
-/// it for 0.
+/// Whether single precision holds a number: not where it is 0 or infinite there alone, or where cards may
+/// take it for 0.
 fn is_held(x: f64) -> bool {
     let single = (x as f32).abs();
     x == 0.0 || single.is_normal() && single.is_finite()

@@ -33,8 +33,8 @@ pub(crate) fn evaluate<M: PythonModel>(
     Ok((values, shape))
 }
 
-/// Accelerations of several states side by side, with the bits of one by one. Ends before states to which this
-/// does not apply, and before the last ones that do not fill all lanes.
+/// Accelerations of several states side by side, with the bits of one by one. Ends before states to which
+/// this does not apply, and before the last ones that do not fill all lanes.
 struct Together<'a, M: PythonModel> {
     model: &'a M,
     constants: &'a M::Constants,

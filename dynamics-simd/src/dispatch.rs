@@ -45,8 +45,8 @@ pub fn in_four_lanes<T: Task>(task: T) -> T::Output {
 /// Bits of the widest vectors that [`in_widest_lanes`] and [`in_fused_lanes`] may use.
 static WIDEST: AtomicUsize = AtomicUsize::new(usize::MAX);
 
-/// Limits the vectors that [`in_widest_lanes`] and [`in_fused_lanes`] use, of the whole process: to 128, 256 or
-/// 512 bits. Results do not depend on it, but that [`in_fused_lanes`] fuses nothing in 128 bits. It is for
+/// Limits the vectors that [`in_widest_lanes`] and [`in_fused_lanes`] use, of the whole process: to 128, 256
+/// or 512 bits. Results do not depend on it, but that [`in_fused_lanes`] fuses nothing in 128 bits. It is for
 /// measurements, and for tests that compare the bits of results.
 pub fn limit_vectors(bits: usize) {
     WIDEST.store(bits, Ordering::Relaxed);

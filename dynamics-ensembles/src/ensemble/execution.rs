@@ -104,8 +104,8 @@ fn run_to<M: Simulate + Parameters + Clone + Sync>(
     agreed(place, table)
 }
 
-/// Removes the blocks of a file that is complete. Where that fails nothing is lost: the next call, which reads
-/// the file, tries again.
+/// Removes the blocks of a file that is complete. Where that fails nothing is lost: the next call, which
+/// reads the file, tries again.
 fn remove(blocks: &Blocks, description: &Description) {
     let _ = blocks.remove_if_ours(description);
 }

@@ -15,7 +15,8 @@ use crate::error::EnsembleError;
 
 /// Samples of the bootstrap: the ends of 95 % intervals are then its 25th values from both ends.
 const BOOTSTRAP_SAMPLES: usize = 1000;
-/// Fewest samples in which the number varies: without more of them the ends of intervals would be another part.
+/// Fewest samples in which the number varies: without more of them the ends of intervals would be another
+/// part.
 const LEAST_SAMPLES: usize = 990;
 /// Fewest groups: an interval from fewer means nothing.
 const MIN_GROUPS: usize = 16;
@@ -98,7 +99,8 @@ impl Importance {
             drawn.iter_mut().for_each(|group| *group = numbers.below(groups.len()));
             samples.push(Sums::of(&centred, &drawn));
         }
-        // Where the number varies in a few groups only some samples have none of them, and no parts of a variance.
+        // Where the number varies in a few groups only some samples have none of them, and no parts of a
+        // variance.
         samples.retain(|sums| sums.variance > CONSTANT * mean * mean && sums.is_finite());
         if samples.len() < LEAST_SAMPLES {
             return Err(EnsembleError::NearlyConstant { column: of.into() });
@@ -141,8 +143,8 @@ impl Sums {
             }
         }
         let n = drawn.len() as f64;
-        // All samples have one distribution. With those of A and B alone a few large values elsewhere give parts
-        // far above 1.
+        // All samples have one distribution. With those of A and B alone a few large values elsewhere give
+        // parts far above 1.
         let all = n * groups[0].len() as f64;
         let variance = squares / all - (sum / all).powi(2);
         let part = |sums: Vec<f64>| sums.into_iter().map(|sum| sum / n / variance).collect();

@@ -33,9 +33,10 @@ pub(super) fn launch(
     let shape = LaunchConfig { grid_dim: (blocks, 1, 1), block_dim: (THREADS, 1, 1), shared_mem_bytes: 0 };
     let mut call = stream.launch_builder(kernel);
     call.arg(given).arg(moving).arg(outcomes).arg(&runs).arg(&attempts);
-    // SAFETY: the arguments have the number, order and types of the kernel's (`runs` is a `size_t`, `attempts` an `int`). Thread r
-    // reads and writes elements e·runs + r of the arrays for e below the lengths that `Batch::new` gives
-    // them, and threads from `runs` on return at once. The arrays outlive the kernel: they are on the stream.
+    // SAFETY: the arguments have the number, order and types of the kernel's (`runs` is a `size_t`,
+    // `attempts` an `int`). Thread r reads and writes elements e·runs + r of the arrays for e below the
+    // lengths that `Batch::new` gives them, and threads from `runs` on return at once. The arrays outlive the
+    // kernel: they are on the stream.
     unsafe { call.launch(shape) }?;
     Ok(())
 }

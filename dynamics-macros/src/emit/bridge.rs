@@ -1,8 +1,9 @@
 //! How the two macros meet: the derive leaves a macro of the struct's own name that carries the struct's
 //! tokens; `#[dynamics] impl` calls it with the impl's tokens, and it hands both to `__model!`.
 //!
-//! The macro has a second use: `Name! { @fields path::of::a_macro { arguments } }` hands the struct's tokens to
-//! that macro, before the arguments. So `dynamics_python::module!` reads the names and types of the fields.
+//! The macro has a second use: `Name! { @fields path::of::a_macro { arguments } }` hands the struct's tokens
+//! to that macro, before the arguments. So `dynamics_python::module!` reads the names and types of the
+//! fields.
 //!
 //! Types and macros live in different namespaces, so the macro may have the struct's name and is imported
 //! wherever the struct is: struct and impl may be in different modules. Only the compiler can report that

@@ -99,8 +99,8 @@ pub const LANE_METHOD: LaneMethod = LaneMethod {
     weights: &B,
     errors: &E,
     // On 1,024 double pendulums at tolerances from 1e-6 to 1e-12, 0.9 rejects a fifth to a quarter of the
-    // attempts, and 0.75 a sixth (1e-6) to a fiftieth (1e-12): from 1e-9 on that is 7 % to 11 % fewer attempts,
-    // for no larger errors.
+    // attempts, and 0.75 a sixth (1e-6) to a fiftieth (1e-12): from 1e-9 on that is 7 % to 11 % fewer
+    // attempts, for no larger errors.
     safety: 0.75,
     // Those of `Verner9`.
     shrink: 0.333,

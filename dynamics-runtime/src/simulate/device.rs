@@ -1,8 +1,8 @@
 //! The ends of many simulations, made side by side by a device beside the processor: a graphics card.
 //!
-//! A [`Device`] steps all runs of a [`Batch`] by the method of `integrate/side_by_side.rs`, as the lanes of the
-//! processor do. It decides nothing else: which runs are made so, which go on alone, and what is an error, is
-//! decided here, for all devices alike.
+//! A [`Device`] steps all runs of a [`Batch`] by the method of `integrate/side_by_side.rs`, as the lanes of
+//! the processor do. It decides nothing else: which runs are made so, which go on alone, and what is an
+//! error, is decided here, for all devices alike.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -19,15 +19,15 @@ pub trait Device {
     /// Why it cannot.
     type Error;
 
-    /// Makes attempts at steps of every run whose outcome is [`Outcome::GOES_ON`], until each has another one,
-    /// and writes where the runs then stand.
+    /// Makes attempts at steps of every run whose outcome is [`Outcome::GOES_ON`], until each has another
+    /// one, and writes where the runs then stand.
     ///
     /// # Errors
     /// The device fails; the batch is not looked at again.
     fn advance(&mut self, batch: &mut Batch) -> Result<(), Self::Error>;
 
-    /// Whether the device can hold the numbers of a run: one of single precision cannot hold all. The processor
-    /// makes the others.
+    /// Whether the device can hold the numbers of a run: one of single precision cannot hold all. The
+    /// processor makes the others.
     fn holds(&self, _run: &RunNumbers<'_>) -> bool {
         true
     }
@@ -63,8 +63,8 @@ impl Outcome {
     }
 }
 
-/// Runs of one model, in numbers. Element e of run r is number e · [`runs`](Self::runs) + r of an array, so that
-/// neighbouring threads read neighbouring numbers.
+/// Runs of one model, in numbers. Element e of run r is number e · [`runs`](Self::runs) + r of an array, so
+/// that neighbouring threads read neighbouring numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Batch {
     runs: usize,
@@ -98,8 +98,8 @@ impl Batch {
         self.runs
     }
 
-    /// What does not change: the parameters, the inputs, then [`OPTIONS`](Self::OPTIONS) numbers: the end, the
-    /// largest step, and the absolute and the relative tolerance.
+    /// What does not change: the parameters, the inputs, then [`OPTIONS`](Self::OPTIONS) numbers: the end,
+    /// the largest step, and the absolute and the relative tolerance.
     #[must_use]
     pub fn given(&self) -> &[f64] {
         &self.given
@@ -178,8 +178,8 @@ impl<M: SimulationModel> DeviceEnds<M> {
 }
 
 /// The ends of simulations of one model, in their order: [`ends`] with a device in place of the lanes of the
-/// processor. Runs with constraints, choices, events that act, and those that a lane would give up, are made by
-/// the processor. At most `at_once` runs are on the device at the same time.
+/// processor. Runs with constraints, choices, events that act, and those that a lane would give up, are made
+/// by the processor. At most `at_once` runs are on the device at the same time.
 ///
 /// # Errors
 /// The device fails.

@@ -1,4 +1,5 @@
-//! Derivatives along one direction: how fast everything changes where state, inputs, parameters and time move.
+//! Derivatives along one direction: how fast everything changes where state, inputs, parameters and time
+//! move.
 //!
 //! One forward sweep through the solved equations. It costs about three evaluations, whatever the number of
 //! coordinates; a matrix of all derivatives costs one for each of them. Implicit integrators without

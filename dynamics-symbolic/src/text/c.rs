@@ -2,9 +2,9 @@
 //!
 //! The functions allocate nothing, have no state and print nothing. Arguments are pointers to arrays: `p`
 //! parameters, `k` what was computed from them once, `t`, `q`, `u`, `w` inputs, `m` modes of switched
-//! constraints, `a` accelerations, `l` multipliers, `r` right-hand sides of rows, `dt`, `dq`, `du`, `dw`, `dp`
-//! rates along a direction, `out` results. A function has those that its kind of program can read; where the
-//! model has none, as inputs, all functions lack the argument.
+//! constraints, `a` accelerations, `l` multipliers, `r` right-hand sides of rows, `dt`, `dq`, `du`, `dw`,
+//! `dp` rates along a direction, `out` results. A function has those that its kind of program can read; where
+//! the model has none, as inputs, all functions lack the argument.
 //!
 //! The texts are templates: `@` stands for the suffix of numbers and of functions of `<math.h>`, which is
 //! empty for doubles and `f` for floats.
@@ -36,7 +36,8 @@ pub struct InC {
     pub programs: String,
     /// Length of the array of constants.
     pub constants: usize,
-    /// For each kink the number of the smooth function whose argument it is; `None` for what changes its sign.
+    /// For each kink the number of the smooth function whose argument it is; `None` for what changes its
+    /// sign.
     pub kink_functions: Vec<Option<usize>>,
     /// Whether there are derivatives along a direction.
     pub directional: bool,

@@ -1,4 +1,5 @@
-//! A device that is a program of its own for the processor: the text of a kernel, compiled by a compiler of C.
+//! A device that is a program of its own for the processor: the text of a kernel, compiled by a compiler of
+//! C.
 
 use std::fs;
 use std::io::Write as _;
